@@ -31,15 +31,15 @@ def commands_heard(
     recogniser: Recogniser, some: HearingSet, grammar: Grammar, language: Language, count: int, cases: tuple[str, ...] = CASES
 ) -> Iterator[Heard]:
     """The set's commands in each condition."""
-    said = some.commands(grammar, language, count)
+    commands = some.commands(grammar, language, count)
 
     def understood(index: int, heard: Hypotheses) -> bool:
-        sentence = grammar.said(heard[0].words, language) if heard[0].words else None
-        return sentence is not None and asked_for(sentence.means) == asked_for(said[index].said.means)
+        sentence = grammar.sentence(heard[0].words, language) if heard[0].words else None
+        return sentence is not None and asked_for(sentence.means) == asked_for(commands[index].sentence.means)
 
     for condition in cases:
-        place = some.place(condition, [each.sound for each in said])
-        heard = [(place.heard(each.sound), 0.7 + each.end_s) for each in said]
+        place = some.place(condition, [each.sound for each in commands])
+        heard = [(place.heard(each.sound), 0.7 + each.end_s) for each in commands]
         found = score(recogniser, heard, understood, BELIEVED)
         late = found.late_s[np.isfinite(found.late_s)].tolist()
         yield Heard(condition, round(found.right * count), round(found.accepted * count), count, late)

@@ -23,7 +23,7 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.fast import SETTLE_NS
 from vistel_cli.log.fast_sites import computed_sites
-from vistel_cli.log.fast_world import computed_world, write_said
+from vistel_cli.log.fast_world import computed_world, write_messages
 from vistel_cli.testing.simulated_conference import SimulatedConference
 
 PEER = f"mcap {version('mcap')}"
@@ -160,6 +160,6 @@ def _parts(reader: LogReader, folder: Path) -> F64:
         times.append(time.process_time())
         with LogWriter(folder / "computed.mcap", reader.conference_toml) as writer:
             for window in windows:
-                write_said(writer, window.said)
+                write_messages(writer, window.messages)
         times.append(time.process_time())
     return np.diff(times)

@@ -52,16 +52,16 @@ def _no_english() -> str | None:
 
 def _enrolled(grammar: Grammar, language: Language) -> Iterator[Row]:
     """A voice far from all others, before and after it read sentences of its own."""
-    read, said = (_spoken(grammar, language, count, seed) for count, seed in ((int(ENROLMENT_S / 2.5), 21), (COUNT, 22)))
+    read, commands = (_spoken(grammar, language, count, seed) for count, seed in ((int(ENROLMENT_S / 2.5), 21), (COUNT, 22)))
     room = NoisyRoom("20 dB", [each.sound for each in read])
     model = packaged(NAMES[language].lower())
-    learnt = adapt(model, [(room.heard(each.sound, 0.3, 0.3), text_phones(language, each.said.spoken)) for each in read])
+    learnt = adapt(model, [(room.heard(each.sound, 0.3, 0.3), text_phones(language, each.sentence.spoken)) for each in read])
     case = f"{NAMES[language]}, {COUNT} commands, a voice far from the training, 20 dB"
     with TemporaryDirectory() as folder:
         voice = Path(folder) / "voice.npz"
         save(Voice(language, learnt), voice)
         for what, file in (("before enrolment", None), (f"after {ENROLMENT_S:.0f} s of it", voice)):
-            found = _scored(grammar, recogniser(language, grammar, file), said, NoisyRoom("20 dB", [each.sound for each in said]))
+            found = _scored(grammar, recogniser(language, grammar, file), commands, NoisyRoom("20 dB", [c.sound for c in commands]))
             yield Row("speech", f"{case}, {what}", "understood", "%", 100.0 * found.right)
 
 
@@ -75,13 +75,13 @@ def _spoken(grammar: Grammar, language: Language, count: int, seed: int) -> list
     return [_shorter(SpokenCommand(each, _ENGLISH_VOICE, x, speech_end(x))) for each, x in zip(drawn, sounds, strict=True)]
 
 
-def _scored(grammar: Grammar, hears: Recogniser, said: list[SpokenCommand], place: NoisyRoom) -> CommandScore:
+def _scored(grammar: Grammar, hears: Recogniser, commands: list[SpokenCommand], place: NoisyRoom) -> CommandScore:
     def understood(index: int, heard: Hypotheses) -> bool:
-        wanted = said[index].said
-        sentence = grammar.said(heard[0].words, wanted.language)
+        wanted = commands[index].sentence
+        sentence = grammar.sentence(heard[0].words, wanted.language)
         return sentence is not None and sentence.means == wanted.means
 
-    heard = ((place.heard(each.sound, 0.7), 0.7 + each.end_s) for each in said)
+    heard = ((place.heard(each.sound, 0.7), 0.7 + each.end_s) for each in commands)
     return score(hears, heard, understood, ACCEPT)
 
 

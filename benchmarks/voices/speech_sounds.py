@@ -14,7 +14,7 @@ from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TEST, Talk
 from scripts.speech_model.voices import RATE, Manner, Spoken
 from vistel.arrays import F32
-from vistel.speech.grammar import Grammar, Said
+from vistel.speech.grammar import Grammar, Sentence
 from vistel.speech.phones import kana_phones
 
 HTS_TEST = ("mei_normal", "mei_happy", "mei_angry", "mei_sad", "mei_bashful")
@@ -25,7 +25,7 @@ CONDITIONS = ("clean", "20 dB", "10 dB", "reverberant")
 class SpokenCommand:
     """said: what; sound: at 16 kHz; end_s: where its speech ends [s]."""
 
-    said: Said
+    sentence: Sentence
     voice: str
     sound: F32
     end_s: float
@@ -42,11 +42,11 @@ def commands(
     """Sentences drawn from the grammar, the voices taken in turn; a name that is no Open JTalk voice is espeak-ng's."""
     draw = stdrandom.Random(seed)
     for k in range(count):
-        said = grammar.pick("ja", draw)
+        sentence = grammar.pick("ja", draw)
         voice = names[k % len(names)]
         random = seeded(seed, "manner", k)
-        spoken = _spoken(said.text, said.spoken, voice, manner or _usual(random), random)
-        yield SpokenCommand(said, voice, spoken.sound, _speech_end(spoken))
+        spoken = _spoken(sentence.text, sentence.spoken, voice, manner or _usual(random), random)
+        yield SpokenCommand(sentence, voice, spoken.sound, _speech_end(spoken))
 
 
 def _usual(random: np.random.Generator) -> Manner:

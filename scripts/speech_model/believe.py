@@ -75,8 +75,8 @@ def evidence_of(recogniser: HybridRecogniser, grammar: Grammar, speech: Speech) 
         for each in said:
             recogniser.reset()
             for heard in [*recogniser.feed(place.heard(each.sound)), *recogniser.flush()]:
-                sentence = grammar.said(heard[0].words, speech.language)
-                good = sentence is not None and sentence.means == each.said.means
+                sentence = grammar.sentence(heard[0].words, speech.language)
+                good = sentence is not None and sentence.means == each.sentence.means
                 (right if good else wrong).append(recogniser.last_evidence)
     other: list[F64] = []
     for condition, part in zip(("clean", "20 dB"), np.array_split(speech.talk, 2), strict=True):

@@ -55,7 +55,7 @@ def test_what_a_guest_asks_for_on_a_connection_that_has_broken_is_done_once_it_i
     warm_up()
     lost: list[dict[str, Any]] = []
     deaf = [False]
-    told = guests._Visit._told
+    told = guests._Visit._take_words
 
     def lose(self: Any, said: dict[str, Any], now_ns: int) -> None:
         if deaf[0] and "n" in said:
@@ -63,7 +63,7 @@ def test_what_a_guest_asks_for_on_a_connection_that_has_broken_is_done_once_it_i
         else:
             told(self, said, now_ns)
 
-    monkeypatch.setattr(guests._Visit, "_told", lose)
+    monkeypatch.setattr(guests._Visit, "_take_words", lose)
 
     async def visit() -> None:
         async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room, room.led() as leading:

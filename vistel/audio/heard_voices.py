@@ -30,7 +30,7 @@ class Speech:
 
 
 @dataclass(frozen=True, eq=False)
-class _Said:
+class _Heard:
     t_ns: int
     speech: Speech
     talking: bool
@@ -40,34 +40,34 @@ class HeardVoices:
     """Time is an argument."""
 
     def __init__(self) -> None:
-        self._said: dict[str, deque[_Said]] = {}
+        self._heard: dict[str, deque[_Heard]] = {}
 
     def receive(self, name: str, message: Voice) -> None:
         """Take a message of a participant's voice, or of how loud it is."""
-        said, t_ns = self._said.setdefault(name, deque(maxlen=_KEPT)), message.header.t_ns
-        if said and said[-1].t_ns - t_ns > _RESTART_NS:
-            said.clear()
-        if not said or t_ns > said[-1].t_ns:
+        heard, t_ns = self._heard.setdefault(name, deque(maxlen=_KEPT)), message.header.t_ns
+        if heard and heard[-1].t_ns - t_ns > _RESTART_NS:
+            heard.clear()
+        if not heard or t_ns > heard[-1].t_ns:
             level_db = message.level_db if math.isfinite(message.level_db) else -math.inf
-            said.append(_Said(t_ns, Speech(level_db, from_bytes(message.visemes)), message.talking))
+            heard.append(_Heard(t_ns, Speech(level_db, from_bytes(message.visemes)), message.talking))
 
     def forget(self, name: str) -> None:
         """They are gone."""
-        self._said.pop(name, None)
+        self._heard.pop(name, None)
 
     def at(self, name: str, t_ns: int) -> Speech | None:
         """Of what was captured at `t_ns`; None: they did not speak."""
-        said = self._said.get(name, deque())
-        now = _last_until(said, t_ns)
-        if now is None or not any(s.talking and s.t_ns > t_ns - _HOLD_NS for s in said):
+        heard = self._heard.get(name, deque())
+        now = _last_until(heard, t_ns)
+        if now is None or not any(s.talking and s.t_ns > t_ns - _HOLD_NS for s in heard):
             return None
-        return Speech(now.speech.level_db, _visemes(said, t_ns)) if now.speech.visemes is not None or now.talking else None
+        return Speech(now.speech.level_db, _visemes(heard, t_ns)) if now.speech.visemes is not None or now.talking else None
 
 
-def _visemes(said: deque[_Said], t_ns: int) -> F64 | None:
-    at = bisect_right(said, t_ns + SPEECH_BEFORE_NS, key=lambda s: s.t_ns)
-    before = said[max(0, at - 1)]
-    after = said[min(at, len(said) - 1)]
+def _visemes(heard: deque[_Heard], t_ns: int) -> F64 | None:
+    at = bisect_right(heard, t_ns + SPEECH_BEFORE_NS, key=lambda s: s.t_ns)
+    before = heard[max(0, at - 1)]
+    after = heard[min(at, len(heard) - 1)]
     between_ns = after.t_ns - before.t_ns
     if before.speech.visemes is None or after.speech.visemes is None or not 0 < between_ns <= _JOINED_NS:
         return before.speech.visemes
@@ -75,6 +75,6 @@ def _visemes(said: deque[_Said], t_ns: int) -> F64 | None:
     return before.speech.visemes + share * (after.speech.visemes - before.speech.visemes)
 
 
-def _last_until(said: deque[_Said], t_ns: int) -> _Said | None:
-    at = bisect_right(said, t_ns, key=lambda s: s.t_ns) - 1
-    return said[at] if at >= 0 and t_ns - said[at].t_ns < _HOLD_NS else None
+def _last_until(heard: deque[_Heard], t_ns: int) -> _Heard | None:
+    at = bisect_right(heard, t_ns, key=lambda s: s.t_ns) - 1
+    return heard[at] if at >= 0 and t_ns - heard[at].t_ns < _HOLD_NS else None

@@ -19,7 +19,7 @@ MOST_KEY_BYTES = 65_536
 _SSH_PRIVATE = "-----BEGIN "
 _AGE_PRIVATE = "AGE-SECRET-KEY-"
 
-Told = Callable[[float], None]
+Progress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
 
 
@@ -44,7 +44,7 @@ def public_file(key: Path) -> Path:
     return key.with_name(f"{key.name}.pub")
 
 
-def encrypt(source: Path, output: Path, keys: Sequence[str], told: Told) -> None:
+def encrypt(source: Path, output: Path, keys: Sequence[str], progress: Progress) -> None:
     """Write `source` so that the holder of any of `keys` can read it. keys: public keys, or files with one a line.
 
     Raises EncryptionError or OSError; then nothing is written.
@@ -53,10 +53,10 @@ def encrypt(source: Path, output: Path, keys: Sequence[str], told: Told) -> None
     if not public:
         raise EncryptionError("no key: nobody could read it; give a public key, or a file of them")
     with source.open("rb") as stream, whole_file(output) as written:
-        pyrage.encrypt_io(_Counted(stream, source.stat().st_size, told), written, public)
+        pyrage.encrypt_io(_Counted(stream, source.stat().st_size, progress), written, public)
 
 
-def decrypt(source: Path, output: Path, key: Path, told: Told) -> None:
+def decrypt(source: Path, output: Path, key: Path, progress: Progress) -> None:
     """Write what was encrypted for `key`, the file of a private key.
 
     Raises EncryptionError, also where a byte was changed or the end is missing, or OSError; then nothing is written.
@@ -64,7 +64,7 @@ def decrypt(source: Path, output: Path, key: Path, told: Told) -> None:
     private = _private(key)
     with source.open("rb") as stream, whole_file(output, private=True) as written:
         try:
-            pyrage.decrypt_io(_Counted(stream, source.stat().st_size, told), written, private)
+            pyrage.decrypt_io(_Counted(stream, source.stat().st_size, progress), written, private)
         except pyrage.DecryptError as e:
             raise EncryptionError(f"{source}: cannot be decrypted with {key}: {e}") from e
         except OSError as e:
@@ -76,12 +76,12 @@ def decrypt(source: Path, output: Path, key: Path, told: Told) -> None:
 class _Counted:
     """A stream that tells how much of it was read."""
 
-    def __init__(self, stream: BinaryIO, size: int, told: Told) -> None:
-        self._stream, self._size, self._told = stream, max(1, size), told
+    def __init__(self, stream: BinaryIO, size: int, progress: Progress) -> None:
+        self._stream, self._size, self._progress = stream, max(1, size), progress
 
     def read(self, size: int = -1) -> bytes:
         data = self._stream.read(size)
-        self._told(min(1.0, self._stream.tell() / self._size))
+        self._progress(min(1.0, self._stream.tell() / self._size))
         return data
 
 

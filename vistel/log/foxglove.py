@@ -166,9 +166,9 @@ def _things(rooms: Sequence[tuple[float, RoomState]]) -> Iterator[Message]:
     for t, room in rooms:
         update = SceneUpdate()
         for name, thing in room.things.items():
-            told = thing.SerializeToString(deterministic=True)
-            if known.get(name) != told:
-                known[name] = told
+            written = thing.SerializeToString(deterministic=True)
+            if known.get(name) != written:
+                known[name] = written
                 entity = _entity(update, f"thing/{name}", f"thing/{name}", room.t_ns)
                 for piece in pieces_of(thing_of(thing), {}, 0.5):
                     mesh = entity.triangles.add()
@@ -197,8 +197,8 @@ def _paint(colour: Any, rgb: Sequence[float]) -> None:
     (colour.r, colour.g, colour.b), colour.a = rgb, 1.0
 
 
-def _turn(told: Any, q: F64) -> None:
-    told.x, told.y, told.z, told.w = q.tolist()
+def _turn(rotation: Any, q: F64) -> None:
+    rotation.x, rotation.y, rotation.z, rotation.w = q.tolist()
 
 
 # -- where it is ------------------------------------------------------------------------------------------------
@@ -233,11 +233,11 @@ def _joints(out: FrameTransforms, t_ns: int, name: str, pose: JointPose) -> None
 
 
 def _frame(out: FrameTransforms, t_ns: int, parent: str, child: str, p: F64, q: F64) -> None:
-    told = out.transforms.add()
-    told.parent_frame_id, told.child_frame_id = parent, child
-    told.timestamp.FromNanoseconds(t_ns)
-    told.translation.x, told.translation.y, told.translation.z = p.tolist()
-    _turn(told.rotation, q)
+    transform = out.transforms.add()
+    transform.parent_frame_id, transform.child_frame_id = parent, child
+    transform.timestamp.FromNanoseconds(t_ns)
+    transform.translation.x, transform.translation.y, transform.translation.z = p.tolist()
+    _turn(transform.rotation, q)
 
 
 # -- what happens -----------------------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ MOST_WIDE = 2000
 """Points of a curve are at most twice as many."""
 Answer = tuple[str, str]
 """Its kind, and JSON."""
-Tell = Callable[[str, str], None]
+Put = Callable[[str, str], None]
 """Gets answers: kinds, and JSON."""
 
 
@@ -50,9 +50,9 @@ class PlotAsked:
     offset: float = 0.0
 
 
-def plot_asked(said: object, offset: float) -> PlotAsked:
+def plot_asked(words: object, offset: float) -> PlotAsked:
     """What a page asks for. Raises NotUnderstoodError."""
-    asked: Mapping[str, object] = cast("dict[str, object]", said) if isinstance(said, dict) else {}
+    asked: Mapping[str, object] = cast("dict[str, object]", words) if isinstance(words, dict) else {}
     found = asked.get("names")
     names = cast("list[object]", found) if isinstance(found, list) else []
     if not 0 < len(names) <= MOST_NAMES:
@@ -67,10 +67,10 @@ def plot_asked(said: object, offset: float) -> PlotAsked:
 
 
 class Questions:
-    """Lives on the event loop. `told` gets each answer, some of them in parts; `close` ends the process."""
+    """Lives on the event loop. `put` gets each answer, some of them in parts; `close` ends the process."""
 
-    def __init__(self, path: Path, other: Path | None, told: Tell) -> None:
-        self._told = told
+    def __init__(self, path: Path, other: Path | None, put: Put) -> None:
+        self._put = put
         spawning = multiprocessing.get_context("spawn")
         self._here, there = spawning.Pipe()
         self._process = spawning.Process(target=_work, args=(str(path), str(other or ""), there), daemon=True)
@@ -93,40 +93,40 @@ class Questions:
 
     def _hear(self) -> None:
         try:
-            self._told(*self._here.recv())
+            self._put(*self._here.recv())
         except (EOFError, OSError):
             self._loop.remove_reader(self._here.fileno())
 
 
 class Lasting:
-    """The answer to a question that is the same for everybody: worked on while somebody is told, and kept once it is whole."""
+    """The answer to a question that is the same for everybody: worked on while somebody waits for it, and kept once it is whole."""
 
     def __init__(self, path: Path, kind: str) -> None:
-        self._path, self._kind, self._said = path, kind, ""
+        self._path, self._kind, self._answer = path, kind, ""
         self._questions: Questions | None = None
-        self.told: list[Tell] = []
+        self.pages: list[Put] = []
 
     @contextlib.contextmanager
-    def told_to(self, tell: Tell) -> Generator[None]:
-        """While entered, `tell` gets as much as is known."""
-        self.told.append(tell)
-        if self._said:
-            tell(self._kind, self._said)
-        if self._questions is None and '"done": 1.0' not in self._said:
-            self._questions = Questions(self._path, None, self._tell)
+    def answering(self, put: Put) -> Generator[None]:
+        """While entered, `put` gets as much as is known."""
+        self.pages.append(put)
+        if self._answer:
+            put(self._kind, self._answer)
+        if self._questions is None and '"done": 1.0' not in self._answer:
+            self._questions = Questions(self._path, None, self._answered)
             self._questions.ask(self._kind)
         try:
             yield
         finally:
-            self.told.remove(tell)
-            if not self.told:
+            self.pages.remove(put)
+            if not self.pages:
                 self._end()
 
-    def _tell(self, kind: str, said: str) -> None:
-        self._said = said
-        for tell in self.told:
-            tell(kind, said)
-        if '"done": 1.0' in said:
+    def _answered(self, kind: str, answer: str) -> None:
+        self._answer = answer
+        for put in self.pages:
+            put(kind, answer)
+        if '"done": 1.0' in answer:
             self._end()
 
     def _end(self) -> None:
@@ -135,28 +135,28 @@ class Lasting:
         self._questions = None
 
 
-def _work(path: str, other: str, told: Connection) -> None:
+def _work(path: str, other: str, there: Connection) -> None:
     """In a process of its own."""
     os.nice(10)
     waiting: dict[str, PlotAsked | None] = {}
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
-            while not waiting or told.poll():
-                kind, asked = told.recv()
+            while not waiting or there.poll():
+                kind, asked = there.recv()
                 waiting[kind] = asked
             kind, asked = next(iter(waiting.items()))
             del waiting[kind]
             try:
                 logs = [vistel.log.open(p) for p in (path, other) if p]
                 for answer in _ANSWERS[kind](logs, asked):
-                    told.send(answer)
-                    while told.poll():
-                        newer, of_newer = told.recv()
+                    there.send(answer)
+                    while there.poll():
+                        newer, of_newer = there.recv()
                         waiting[newer] = of_newer
                     if kind in waiting:
                         break
             except (LogError, ValueError) as e:
-                told.send((kind, json.dumps({"kind": kind, "done": 1.0, "fault": str(e)} | ({"id": asked.id} if asked else {}))))
+                there.send((kind, json.dumps({"kind": kind, "done": 1.0, "fault": str(e)} | ({"id": asked.id} if asked else {}))))
 
 
 def _lanes(logs: list[Log], asked: None) -> Iterator[Answer]:
@@ -172,9 +172,9 @@ def _plot(logs: list[Log], plot: PlotAsked) -> Iterator[Answer]:
     pair = Pair(logs[0], logs[1] if len(logs) > 1 else None, plot.offset)
     units = {name: unit_of(name.removeprefix(BESIDE).removeprefix(DIFFERENCE)) for name in plot.names}
     for done, found in curves(pair.tracks, plot.names, plot.begin, plot.end, plot.wide):
-        told: list[dict[str, Any]] = [{"name": n, "unit": units[n]} | _points(track) for n, track in found.items()]
+        rows: list[dict[str, Any]] = [{"name": n, "unit": units[n]} | _points(track) for n, track in found.items()]
         head = {"kind": "plot", "id": plot.id, "done": done, "from": plot.begin, "to": plot.end}
-        yield "plot", json.dumps(head | {"curves": told})
+        yield "plot", json.dumps(head | {"curves": rows})
 
 
 def _points(track: Track) -> dict[str, list[float | None]]:

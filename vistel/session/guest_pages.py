@@ -45,7 +45,7 @@ class Kept:
     page: object = None
     heard: int = 0
     waiting: list[Page] = field(default_factory=list[Page])
-    _told: bool = True
+    _acknowledged: bool = True
 
     def begin(self, page: object) -> None:
         """A page has come, or come back."""
@@ -54,7 +54,7 @@ class Kept:
 
     def hear(self, number: object) -> bool:
         """Whether what has this number is heard for the first time: a page asks again what it does not know to be heard."""
-        self._told = False
+        self._acknowledged = False
         if not isinstance(number, int) or number <= self.heard:
             return False
         self.heard = number
@@ -62,9 +62,9 @@ class Kept:
 
     def heard_words(self) -> str:
         """JSON for the page, that it need not ask all up to a number again; empty where it has been told."""
-        if self._told:
+        if self._acknowledged:
             return ""
-        self._told = True
+        self._acknowledged = True
         return json.dumps({"kind": "heard", "n": self.heard})
 
 
@@ -127,25 +127,25 @@ class GuestPages:
         self.kept.waiting.append(Page(b"", page.model, page.aspect))
         return len(self.kept.waiting)
 
-    def ask(self, said: dict[str, object]) -> bool:
+    def ask(self, words: dict[str, object]) -> bool:
         """Put up what was sent, or a panel for the guest's screen, turn a page, take the panel away, write on a board, raise a
         hand, react; False for what is none of these."""
         which = Which(self.kept.panels[-1]) if self.kept.panels else None
-        if isinstance(title := said.get("show"), str) and self.kept.waiting:
-            live = said.get("live") is True
+        if isinstance(title := words.get("show"), str) and self.kept.waiting:
+            live = words.get("live") is True
             self._goes_live = self._goes_live or live
             pages = self.kept.waiting[-1:] if live else self.kept.waiting
             self._give(Present(tuple(p.model for p in pages), pages[0].aspect, title[:100], live))
             self.kept.waiting = []
-        elif said.get("live") is False:
+        elif words.get("live") is False:
             self.end_live()
-        elif said.get("turn") in (1, -1):
+        elif words.get("turn") in (1, -1):
             if which is not None:
-                self._give(TurnPage(which, by=float(str(said["turn"]))))
-        elif said.get("away") is True:
+                self._give(TurnPage(which, by=float(str(words["turn"]))))
+        elif words.get("away") is True:
             if which is not None:
                 self._give(PutAway(which))
-        elif (written := written_by(said)) is not None:
+        elif (written := written_by(words)) is not None:
             self._give(written)
         else:
             return False
@@ -154,7 +154,7 @@ class GuestPages:
     def answers(self) -> list[str]:
         """JSON for the page: what has become of what was asked, and whether the guest has a panel. To be called often: what has no
         answer is given again."""
-        told: list[str] = []
+        out: list[str] = []
         for sample in self._results.take():
             asked, result = self._asked.pop(sample.message.id, None), sample.message
             if asked is None:
@@ -178,9 +178,9 @@ class GuestPages:
             if done and isinstance(action, Draw | Rub | RaiseHand | React):
                 continue  # everybody sees it
             words = {"kind": "shown", "done": done, "reason": result.reason, "panels": len(self.kept.panels)}
-            told.append(json.dumps(words | ({"live": True} if live else {})))
+            out.append(json.dumps(words | ({"live": True} if live else {})))
         self._pass_on_due()
-        return told
+        return out
 
     def _give(self, action: Action) -> None:
         self._asked |= self._anew(action, self._clock.now_ns() + ANSWER_NS)

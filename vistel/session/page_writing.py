@@ -17,27 +17,27 @@ _REACTIONS = {r.value: r for r in Reaction}
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 
 
-def written_by(said: dict[str, object]) -> Action | None:
+def written_by(words: dict[str, object]) -> Action | None:
     """The action that words of a page ask for; None for what is none, or cannot be."""
-    board = said.get("board", "")
-    if isinstance(down := said.get("hand_down"), bool):
+    board = words.get("board", "")
+    if isinstance(down := words.get("hand_down"), bool):
         return RaiseHand(down)
-    if isinstance(react := said.get("react"), str):
+    if isinstance(react := words.get("react"), str):
         return React(_REACTIONS[react]) if react in _REACTIONS else None
-    if said.get("new_board") is True:
+    if words.get("new_board") is True:
         return PutUpBoard()
-    if isinstance(text := said.get("note"), str):
+    if isinstance(text := words.get("note"), str):
         return WriteNote(text) if len(text) <= MOST_TEXT else None
-    if said.get("undo") is True:
+    if words.get("undo") is True:
         return Undo()
-    if _short(said.get("wipe")):
-        return Wipe(Which(str(said["wipe"])))
+    if _short(words.get("wipe")):
+        return Wipe(Which(str(words["wipe"])))
     if not _short(board):
         return None
     which = Which(str(board))
-    if (way := _way(said.get("rub"))) is not None:
+    if (way := _way(words.get("rub"))) is not None:
         return Rub(way, which)
-    way, stroke, colour = _way(said.get("draw")), said.get("stroke"), said.get("colour")
+    way, stroke, colour = _way(words.get("draw")), words.get("stroke"), words.get("colour")
     if way is None or not _short(stroke) or not isinstance(colour, str) or _COLOUR.fullmatch(colour) is None:
         return None
     return Draw(way, which, int(colour[1:] + "ff", 16), None, str(stroke))

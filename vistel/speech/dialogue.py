@@ -10,7 +10,7 @@ from enum import Enum
 from vistel.space import actions as ask
 from vistel.space.actions import Action
 from vistel.space.arguments import Which
-from vistel.speech.grammar import Language, Said
+from vistel.speech.grammar import Language, Sentence
 from vistel.speech.meaning import Correction, MeaningError, Remark, asked_for
 
 PATIENCE_NS = 10_000_000_000
@@ -40,9 +40,9 @@ class KnownThing:
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of an utterance. said: None where it is not a sentence of the grammar."""
+    """One reading of an utterance. sentence: None where it is not a sentence of the grammar."""
 
-    said: Said | None
+    sentence: Sentence | None
     confidence: float
 
 
@@ -58,11 +58,11 @@ class ResponseKind(Enum):
 
 @dataclass(frozen=True)
 class Response:
-    """The result of an utterance. said: as understood; action: for the world, first to be done: what takes the last one back, where
-    another thing was meant; reply: to the speaker."""
+    """The result of an utterance. sentence: as understood; action: for the world, first to be done: what takes the last one back,
+    where another thing was meant; reply: to the speaker."""
 
     outcome: ResponseKind
-    said: Said | None = None
+    sentence: Sentence | None = None
     confidence: float = 0.0
     action: Action | None = None
     reply: str = ""
@@ -138,7 +138,7 @@ class Dialogue:
     _deed: tuple[Action, int] | None = field(default=None)
     _done: bool = False
     _asked_back_ns: int | None = None
-    _pending: tuple[Action, Said, int] | None = field(default=None)
+    _pending: tuple[Action, Sentence, int] | None = field(default=None)
     _awake_ns: int = -2 * AWAKE_NS
 
     def answered(self, done: bool) -> None:
@@ -162,68 +162,68 @@ class Dialogue:
         found = self._best(readings, things)
         if found is None:
             return self._unheard(now_ns)
-        said, wanted, confidence = found
-        if self.wake and not said.means.get("wake") and now_ns - self._awake_ns > AWAKE_NS:
-            return Response(ResponseKind.IGNORED, said, confidence)
+        sentence, wanted, confidence = found
+        if self.wake and not sentence.means.get("wake") and now_ns - self._awake_ns > AWAKE_NS:
+            return Response(ResponseKind.IGNORED, sentence, confidence)
         if confidence < DOUBT * self.accept:
-            return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
+            return Response(ResponseKind.REJECTED, sentence, confidence, reply=self._say("again?"))
         if self.wake and confidence >= self.accept:
             self._awake_ns = now_ns
         if isinstance(wanted, Remark | Correction):
             if confidence < self.accept:
-                return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
+                return Response(ResponseKind.REJECTED, sentence, confidence, reply=self._say("again?"))
             if isinstance(wanted, Correction):
-                return self._correct(wanted, said, confidence, now_ns)
-            return self._remark(wanted, said, confidence, now_ns)
-        needed = self._needed(said)
+                return self._correct(wanted, sentence, confidence, now_ns)
+            return self._remark(wanted, sentence, confidence, now_ns)
+        needed = self._needed(sentence)
         repeated = self._pending is not None and self._pending[0] == wanted and now_ns - self._pending[2] <= PATIENCE_NS
         if needs_confirmation(wanted) or (confidence < needed and not repeated):
-            self._pending = wanted, said, now_ns
+            self._pending = wanted, sentence, now_ns
             question = "really" if confidence >= needed else "meant"
-            return Response(ResponseKind.QUESTION, said, confidence, reply=self._say(question, said.text))
-        return self._act(wanted, said, confidence, now_ns)
+            return Response(ResponseKind.QUESTION, sentence, confidence, reply=self._say(question, sentence.text))
+        return self._act(wanted, sentence, confidence, now_ns)
 
-    def _needed(self, said: Said) -> float:
+    def _needed(self, sentence: Sentence) -> float:
         """The confidence from which a sentence is done at once."""
-        return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
+        return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(sentence.words) == 1 else 0.0)
 
     def _best(
         self, readings: Sequence[Reading], things: Sequence[KnownThing]
-    ) -> tuple[Said, Action | Remark | Correction, float] | None:
+    ) -> tuple[Sentence, Action | Remark | Correction, float] | None:
         """The likeliest of those that ask for something, with preference for things that are in the room."""
-        able: list[tuple[float, int, Said, Action | Remark | Correction, float]] = []
+        able: list[tuple[float, int, Sentence, Action | Remark | Correction, float]] = []
         for n, r in enumerate(readings):
-            if r.said is None:
+            if r.sentence is None:
                 continue
             try:
-                wanted = asked_for(r.said.means)
+                wanted = asked_for(r.sentence.means)
             except MeaningError:
                 continue
             spoken_of = (
                 [wanted.which] if isinstance(wanted, Correction) else [] if isinstance(wanted, Remark) else referents(wanted)
             )
             weight = ABSENT if things and not all(exists(w, things) for w in spoken_of) else 1.0
-            able.append((weight * r.confidence, -n, r.said, wanted, r.confidence))
+            able.append((weight * r.confidence, -n, r.sentence, wanted, r.confidence))
         if not able:
             return None
-        _, place, said, wanted, confidence = max(able, key=lambda a: a[:2])
-        if place and readings[0].said is not None:  # the room decided between what sounded nearly alike
+        _, place, sentence, wanted, confidence = max(able, key=lambda a: a[:2])
+        if place and readings[0].sentence is not None:  # the room decided between what sounded nearly alike
             confidence = max(confidence, ABSENT * readings[0].confidence)
-        return said, wanted, confidence
+        return sentence, wanted, confidence
 
     def _unheard(self, now_ns: int) -> Response:
         if self.wake and now_ns - self._awake_ns > AWAKE_NS:
             return Response(ResponseKind.IGNORED)
         return Response(ResponseKind.REJECTED, reply=self._say("again?"))
 
-    def _remark(self, remark: Remark, said: Said, confidence: float, now_ns: int) -> Response:
+    def _remark(self, remark: Remark, sentence: Sentence, confidence: float, now_ns: int) -> Response:
         def noted(what: str) -> Response:
-            return Response(ResponseKind.NOTED, said, confidence, reply=self._say(what))
+            return Response(ResponseKind.NOTED, sentence, confidence, reply=self._say(what))
 
         if remark is Remark.WAKE:
             return noted("listening")
         if remark is Remark.AGAIN:
-            return noted("nothing") if self._last is None else self._act(self._last, said, confidence, now_ns)
+            return noted("nothing") if self._last is None else self._act(self._last, sentence, confidence, now_ns)
         pending, self._pending = self._pending, None
         if pending is None or now_ns - pending[2] > PATIENCE_NS:
             return noted("what?")
@@ -231,25 +231,25 @@ class Dialogue:
             return noted("dropped")
         return self._act(pending[0], pending[1], confidence, now_ns)
 
-    def _correct(self, correction: Correction, said: Said, confidence: float, now_ns: int) -> Response:
+    def _correct(self, correction: Correction, sentence: Sentence, confidence: float, now_ns: int) -> Response:
         """What was asked about or done last, with another thing. What was done is taken back first; what was refused needs none."""
         asked = self._pending is not None and now_ns - self._pending[2] <= PATIENCE_NS
         action, at_ns = (self._pending[0], self._pending[2]) if asked and self._pending is not None else self._deed or (None, 0)
         instead = corrected(action, correction.which) if action is not None and now_ns - at_ns <= CORRECTED_NS else None
         if instead is None:
-            return Response(ResponseKind.NOTED, said, confidence, reply=self._say("instead of?"))
+            return Response(ResponseKind.NOTED, sentence, confidence, reply=self._say("instead of?"))
         first = ask.Undo() if not asked and self._done and not isinstance(action, UNRECORDED) else None
         if needs_confirmation(instead):
-            self._pending = instead, said, now_ns
-            return Response(ResponseKind.QUESTION, said, confidence, reply=self._say("really", said.text))
-        return replace(self._act(instead, said, confidence, now_ns), first=first)
+            self._pending = instead, sentence, now_ns
+            return Response(ResponseKind.QUESTION, sentence, confidence, reply=self._say("really", sentence.text))
+        return replace(self._act(instead, sentence, confidence, now_ns), first=first)
 
-    def _act(self, action: Action, said: Said, confidence: float, now_ns: int) -> Response:
+    def _act(self, action: Action, sentence: Sentence, confidence: float, now_ns: int) -> Response:
         self._pending = None
         self._deed, self._done = (action, now_ns), False
         if not isinstance(action, ask.Undo | ask.Redo | ask.Stop | ask.Reset):
             self._last = action
-        return Response(ResponseKind.ACT, said, confidence, action)
+        return Response(ResponseKind.ACT, sentence, confidence, action)
 
     def _say(self, what: str, *about: str) -> str:
         return reply(what, self.language, *about)

@@ -54,24 +54,26 @@ def adapt(
     """
     random = np.random.default_rng(seed)
     normaliser = Normaliser(model.start_mean)
-    said: list[tuple[F32, NDArray[np.int32]]] = []
+    chains: list[tuple[F32, NDArray[np.int32]]] = []
     for sound, phones in recordings:
         frames = normaliser.feed(LogMel().feed(as_float(sound)))
-        said.append((frames, chain_of((PAUSE, *phones, PAUSE), model.phones)[0]))
+        chains.append((frames, chain_of((PAUSE, *phones, PAUSE), model.phones)[0]))
     turn, shift = np.eye(BANDS, dtype=np.float32), np.zeros(BANDS, np.float32)
     for number in range(_ROUNDS):
-        windows, states = _aligned(model, Adaptation(turn, shift), said)
+        windows, states = _aligned(model, Adaptation(turn, shift), chains)
         if tell is not None:
             tell(f"enrolment: round {number + 1} of {_ROUNDS}, {len(states) / 100.0:.0f} s of speech that fits its text")
         turn, shift = _descend(random, model, windows, states, turn, shift)
     return Adaptation(turn, shift)
 
 
-def _aligned(model: AcousticModel, so_far: Adaptation, said: list[tuple[F32, NDArray[np.int32]]]) -> tuple[F32, NDArray[np.int32]]:
+def _aligned(
+    model: AcousticModel, so_far: Adaptation, chains: list[tuple[F32, NDArray[np.int32]]]
+) -> tuple[F32, NDArray[np.int32]]:
     """(n, window, BANDS) scaled frames, and the state each window's own frame belongs to."""
     windows: list[F32] = []
     states: list[NDArray[np.int32]] = []
-    for frames, chain in said:
+    for frames, chain in chains:
         path, fit = align(Acoustic(model, so_far).feed_all(frames), chain)
         if fit > _WORST:
             states.append(chain[path])

@@ -1,7 +1,7 @@
 """What can be said: sentence patterns over classes of phrases, in several languages, and what it means.
 
 A grammar compiles to JSGF (`Grammar.jsgf`), to patterns for an automaton over phones (`Grammar.patterns`), and to flat lists
-(`Grammar.sentences`). What a recogniser reports as words, and what somebody typed, is read back by `Grammar.said`.
+(`Grammar.sentences`). What a recogniser reports as words, and what somebody typed, is read back by `Grammar.sentence`.
 """
 
 import random
@@ -44,7 +44,7 @@ class WordSlot:
 
 
 @dataclass(frozen=True)
-class Sentence:
+class SentencePattern:
     """Places in a row; means: tags that all of its readings have."""
 
     places: tuple[WordSlot, ...]
@@ -52,7 +52,7 @@ class Sentence:
 
 
 @dataclass(frozen=True)
-class Said:
+class Sentence:
     """A sentence somebody said or typed."""
 
     language: Language
@@ -74,7 +74,7 @@ class Said:
 class Grammar:
     """Sentences by language; wake: what begins a sentence where a wake word is asked for."""
 
-    by_language: Mapping[Language, tuple[Sentence, ...]]
+    by_language: Mapping[Language, tuple[SentencePattern, ...]]
     wake: Mapping[Language, WordSlot] = field(default_factory=dict[Language, WordSlot])
 
     @property
@@ -87,7 +87,7 @@ class Grammar:
         out = dict(self.by_language)
         for language, place in self.wake.items():
             first = replace(place, optional=True)
-            alone = Sentence((place,))
+            alone = SentencePattern((place,))
             before = tuple(replace(s, places=(first, *s.places)) for s in self.by_language.get(language, ()))
             out[language] = (*before, alone)
         return Grammar(out, self.wake)
@@ -124,19 +124,19 @@ class Grammar:
         spoken = {w.spoken for s in self.by_language.get(language, ()) for p in s.places for w in p.words}
         return {part for text in spoken for part in text.split()} if language == "en" else spoken
 
-    def sentences(self, language: Language) -> Iterator[Said]:
+    def sentences(self, language: Language) -> Iterator[Sentence]:
         """All of them; there are very many."""
         for s in self.by_language.get(language, ()):
             for words in _ways(s.places):
-                yield _said(language, words, s.means)
+                yield _sentence(language, words, s.means)
 
-    def pick(self, language: Language, rng: random.Random) -> Said:
+    def pick(self, language: Language, rng: random.Random) -> Sentence:
         """One at random: a pattern, then its words, each with the same chance."""
         s = rng.choice(self.by_language[language])
         words = tuple(rng.choice(p.words) for p in s.places if not (p.optional and rng.random() < 0.5))
-        return _said(language, words, s.means)
+        return _sentence(language, words, s.means)
 
-    def said(self, names: Sequence[str], language: Language) -> Said | None:
+    def sentence(self, names: Sequence[str], language: Language) -> Sentence | None:
         """The sentence of words a recogniser reports, by name; None where it is none."""
         found = [self._by_name[language].get(n) for n in names]
         words = tuple(w for w in found if w is not None)
@@ -144,14 +144,14 @@ class Grammar:
             return None
         for s in self.by_language.get(language, ()):
             if _fits(s.places, words):
-                return _said(language, words, s.means)
+                return _sentence(language, words, s.means)
         return None
 
-    def read(self, text: str) -> Said | None:
+    def read(self, text: str) -> Sentence | None:
         """What a text says: English, kana, kanji or romaji; None where it is no sentence of the grammar."""
         return next(iter(self.readings(text)), None)
 
-    def readings(self, text: str) -> Iterator[Said]:
+    def readings(self, text: str) -> Iterator[Sentence]:
         """All sentences that a text may be; where there are several, they should mean the same."""
         if text.isascii():
             yield from self._matches("en", "".join(c if c.isalnum() else " " for c in text.lower()).split())
@@ -161,11 +161,11 @@ class Grammar:
                 return
         yield from self._matches("ja", list(reading(text)))
 
-    def _matches(self, language: Language, units: list[str]) -> Iterator[Said]:
+    def _matches(self, language: Language, units: list[str]) -> Iterator[Sentence]:
         forms = self._forms[language]
         for s in self.by_language.get(language, ()):
             for words in _matched(s.places, units, forms):
-                yield _said(language, words, s.means)
+                yield _sentence(language, words, s.means)
 
     @cached_property
     def _by_name(self) -> dict[Language, dict[str, Word]]:
@@ -186,11 +186,11 @@ class Grammar:
         return out
 
 
-def _said(language: Language, words: tuple[Word, ...], means: Iterable[tuple[str, Tag]]) -> Said:
+def _sentence(language: Language, words: tuple[Word, ...], means: Iterable[tuple[str, Tag]]) -> Sentence:
     tags = dict(means)
     for word in words:
         tags |= dict(word.means)
-    return Said(language, words, tags)
+    return Sentence(language, words, tags)
 
 
 def _ways(places: Sequence[WordSlot]) -> Iterator[tuple[Word, ...]]:

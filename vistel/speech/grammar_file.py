@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from vistel.space import actions
 from vistel.space.command_description import COMMANDS
-from vistel.speech.grammar import LANGUAGES, Grammar, Language, Sentence, Tag, Word, WordSlot
+from vistel.speech.grammar import LANGUAGES, Grammar, Language, SentencePattern, Tag, Word, WordSlot
 from vistel.speech.kana import from_romaji
 from vistel.speech.phones import hiragana
 
@@ -92,14 +92,14 @@ def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None
             faults.append(GrammarFault(path, int(at[1]) if at else 0, f"not valid TOML: {e}; the file is left out"))
             continue
         sources.append(source)
-    sentences: dict[Language, list[Sentence]] = {name: [] for name in LANGUAGES}
+    sentences: dict[Language, list[SentencePattern]] = {name: [] for name in LANGUAGES}
     for language, text, means, source in parts.sentences:
         try:
             ways = _expanded(text, language, parts, ())
         except ValueError as e:
             source.fault(f"sentence {text!r}: {e}; left out", text)
             continue
-        sentences[language] += [Sentence(places, means) for places in ways if not all(p.optional for p in places)]
+        sentences[language] += [SentencePattern(places, means) for places in ways if not all(p.optional for p in places)]
     said: dict[Language, list[Word]] = {name: _words("wake", name, parts, "", ()) for name in LANGUAGES}
     wake: dict[Language, WordSlot] = {name: WordSlot(tuple(words)) for name, words in said.items() if words}
     faults += [f for s in sources for f in s.faults]

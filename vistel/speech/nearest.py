@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.speech.grammar import Grammar, Language, Said, WordSlot
+from vistel.speech.grammar import Grammar, Language, Sentence, WordSlot
 from vistel.speech.kana import reading
 from vistel.speech.word_graph import word_graph
 
@@ -22,7 +22,7 @@ _ALIKE = 0.5
 class Near:
     """said: the nearest sentence; distance: its cost per unit of the longer of both: 0 equal, 1 nothing in common."""
 
-    said: Said
+    sentence: Sentence
     distance: float
 
 
@@ -64,10 +64,10 @@ class Nearest:
             _skip(row, back[state])
         end = min(self._ends, key=lambda s: float(cost[s, count]))
         words = _words(back, end, units, cost)
-        said = self._grammar.read((" " if self._language == "en" else "").join(words))
-        if said is None or said.language != self._language:
+        sentence = self._grammar.read((" " if self._language == "en" else "").join(words))
+        if sentence is None or sentence.language != self._language:
             return None
-        return Near(said, float(cost[end, count]) / max(count, len(words)))
+        return Near(sentence, float(cost[end, count]) / max(count, len(words)))
 
 
 def _spelt(grammar: Grammar) -> Grammar:

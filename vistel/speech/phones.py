@@ -29,7 +29,7 @@ _KANA = """
 うぃ w,i うぇ w,e うぉ w,o つぁ ts,a つぃ ts,i つぇ ts,e つぉ ts,o くぁ k,w,a くぃ k,w,i くぇ k,w,e くぉ k,w,o
 ぐぁ g,w,a ゔぁ b,a ゔぃ b,i ゔぇ b,e ゔぉ b,o いぇ i,e すぃ s,i ずぃ z,i
 """
-_SAID = dict(zip(_KANA.split()[::2], (tuple(each.split(",")) for each in _KANA.split()[1::2]), strict=True))
+_PHONES = dict(zip(_KANA.split()[::2], (tuple(each.split(",")) for each in _KANA.split()[1::2]), strict=True))
 _SPACE = frozenset(" 　、。，．！？!?・,.")
 
 
@@ -47,13 +47,13 @@ def kana_phones(text: str) -> tuple[str, ...]:
     particles は and へ are written as they are said: わ, え. Raises ValueError that names a letter which is no kana.
     """
     kana = hiragana(text)
-    said: list[str] = []
+    phones: list[str] = []
     apart = True
     at = 0
     while at < len(kana):
         two, one = kana[at : at + 2], kana[at]
-        if len(two) == 2 and two in _SAID:
-            said.extend(_SAID[two])
+        if len(two) == 2 and two in _PHONES:
+            phones.extend(_PHONES[two])
             at += 2
             apart = False
             continue
@@ -61,15 +61,15 @@ def kana_phones(text: str) -> tuple[str, ...]:
         if one in _SPACE or one == "'":
             apart = True
             continue
-        if one == "ー" and said and said[-1] in _VOWELS:
-            said.append(said[-1])
-        elif one in _SAID:
-            long = not apart and said and (said[-1], one) in (("o", "う"), ("e", "い"))
-            said.extend((said[-1],) if long else _SAID[one])
+        if one == "ー" and phones and phones[-1] in _VOWELS:
+            phones.append(phones[-1])
+        elif one in _PHONES:
+            long = not apart and phones and (phones[-1], one) in (("o", "う"), ("e", "い"))
+            phones.extend((phones[-1],) if long else _PHONES[one])
         else:
             raise ValueError(f"pronunciation of {text!r}: {one!r} is not kana; write how the word is said in hiragana")
         apart = False
-    return tuple(said)
+    return tuple(phones)
 
 
 def kana_ways(text: str) -> tuple[tuple[str, ...]]:

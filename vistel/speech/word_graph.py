@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vistel.speech.grammar import Grammar, Language, Sentence
+from vistel.speech.grammar import Grammar, Language, SentencePattern
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def word_graph(grammar: Grammar, language: Language) -> WordGraph:
 
 
 def _flow(
-    sentences: tuple[Sentence, ...], moves: dict[_Spots, dict[str, _Spots]], numbers: dict[_Spots, int]
+    sentences: tuple[SentencePattern, ...], moves: dict[_Spots, dict[str, _Spots]], numbers: dict[_Spots, int]
 ) -> tuple[dict[tuple[int, str], float], dict[int, float]]:
     """How often each word of each node is said, and each node ends a sentence, per sentence. moves: where words lead, from sets
     of spots in the order in which they were finished, the first of all last."""

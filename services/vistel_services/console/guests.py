@@ -115,12 +115,12 @@ class Guests:
 
     async def visit(self, request: web.Request) -> web.StreamResponse:
         """The WebSocket of a guest's page."""
-        connection, guest, said = await self._admitted(request, _MOST_SAID_BYTES)
+        connection, guest, hello = await self._admitted(request, _MOST_SAID_BYTES)
         if guest is not None and guest.participant in self._here:
             await _close(connection, TAKEN, "This link is open at another page already; close that one first.")
         elif guest is not None:
             self._here.add(guest.participant)
-            self._kept[guest.participant].begin(said.get("page"))
+            self._kept[guest.participant].begin(hello.get("page"))
             _GUESTS.set(len(self._here))
             try:
                 await self._visited(connection, guest)
@@ -133,14 +133,14 @@ class Guests:
     async def screen(self, request: web.Request) -> web.StreamResponse:
         """The WebSocket on which a guest's page sends what it shows live. The stream ends with its panel, with the visit, and with
         the first picture that cannot be."""
-        connection, guest, said = await self._admitted(request, MOST_RECORD_BYTES + 1)  # aiohttp refuses what is as long as that
+        connection, guest, hello = await self._admitted(request, MOST_RECORD_BYTES + 1)  # aiohttp refuses what is as long as that
         visit = self._visits.get(guest.participant) if guest is not None else None
         if guest is None or visit is None or visit.shows_live:
             await _close(connection, REFUSED, "what a guest shows live comes from the page on which they have entered, once")
             return connection
         visit.shows_live = True
         try:
-            stream = GuestScreen(said, secrets.randbits(63))
+            stream = GuestScreen(hello, secrets.randbits(63))
             async for sent in connection:
                 if self._visits.get(guest.participant) is not visit:
                     await connection.close(code=REFUSED)  # without a word: the page comes back, and shows on
@@ -192,20 +192,20 @@ class Guests:
         if self._strangers >= MOST_STRANGERS:
             raise web.HTTPServiceUnavailable(text="too many pages open at once; try again\n")
         self._strangers += 1
-        said: dict[str, object] = {}
+        hello: dict[str, object] = {}
         try:
             connection = await prepared_socket(request, most_bytes)
             with suppress(TimeoutError, TypeError):
                 async with within(self._clock, _PATIENCE_S):
-                    said = words_of(await connection.receive_str())
+                    hello = words_of(await connection.receive_str())
             try:
-                return connection, self._invited(str(said.get("token", ""))), said
+                return connection, self._invited(str(hello.get("token", ""))), hello
             except RefusedError as e:
                 _REFUSED.inc()
                 log.warning("event=guest_refused reason=%r", str(e))
                 await sleep(self._clock, _GUESS_S)
                 await _close(connection, REFUSED, str(e), e.why)
-                return connection, None, said
+                return connection, None, hello
         finally:
             self._strangers -= 1
 
@@ -253,8 +253,8 @@ class Guests:
 
     def pass_on(self, participant: str, record: bytes) -> None:
         """A record to the device or the microphone of this guest's seat."""
-        said = is_voice(record) or record[2:3] in _SAID
-        device = self._paths.device((microphone_name if said else _NAMES[role_of(record)])(participant))
+        for_microphone = is_voice(record) or record[2:3] in _SAID
+        device = self._paths.device((microphone_name if for_microphone else _NAMES[role_of(record)])(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -287,17 +287,17 @@ class _Visit:
 
     async def listen(self) -> None:
         """Take what the page says until it goes or misbehaves."""
-        async for said in self._connection:
+        async for received in self._connection:
             now_ns = self._gateway.now_ns()
             if not self._in_time(now_ns):
                 await _close(self._connection, MISBEHAVED, f"This page sent more than {MOST_A_SECOND} messages a second.")
                 return
-            if said.type is WSMsgType.TEXT:
-                self._told(words_of(said.data), now_ns)
-            elif said.type is WSMsgType.BINARY and is_voice(said.data):
-                self._speak(said.data, now_ns)
-            elif said.type is WSMsgType.BINARY:
-                self._move(said.data, now_ns)
+            if received.type is WSMsgType.TEXT:
+                self._take_words(words_of(received.data), now_ns)
+            elif received.type is WSMsgType.BINARY and is_voice(received.data):
+                self._speak(received.data, now_ns)
+            elif received.type is WSMsgType.BINARY:
+                self._move(received.data, now_ns)
             if self._faulty > MOST_FAULTY:
                 await _close(self._connection, MISBEHAVED, "This page says what nobody can do; load it again.")
                 return
@@ -323,23 +323,23 @@ class _Visit:
         self._count += 1
         return self._count <= COUNTED_S * MOST_A_SECOND
 
-    def _told(self, said: dict[str, object], now_ns: int) -> None:
+    def _take_words(self, words: dict[str, object], now_ns: int) -> None:
         """Words of the page: who is in the room may hear it; whoever asks is told the time. What has a number is done once."""
-        if "n" in said and not (self.entered and self.pages.kept.hear(said["n"])):
+        if "n" in words and not (self.entered and self.pages.kept.hear(words["n"])):
             return
-        if isinstance(said.get("time"), int | float):
-            self._viewer.put("time", json.dumps({"kind": "time", "asked": said["time"], "ms": now_ns * 1e-6}))
-        elif isinstance(said.get("hear"), bool):
-            self._viewer.hears = bool(said["hear"] and self._avatar)
-        elif isinstance(text := said.get("write"), str):
-            if not (self.entered and self._lines.write(text, said.get("to", ""))):
+        if isinstance(words.get("time"), int | float):
+            self._viewer.put("time", json.dumps({"kind": "time", "asked": words["time"], "ms": now_ns * 1e-6}))
+        elif isinstance(words.get("hear"), bool):
+            self._viewer.hears = bool(words["hear"] and self._avatar)
+        elif isinstance(text := words.get("write"), str):
+            if not (self.entered and self._lines.write(text, words.get("to", ""))):
                 self._refuse()
-        elif not (self.entered and self.pages.ask(said)):
-            self._choose(said)
+        elif not (self.entered and self.pages.ask(words)):
+            self._choose(words)
 
-    def _choose(self, said: dict[str, object]) -> None:
+    def _choose(self, words: dict[str, object]) -> None:
         """Enter as a built-in person."""
-        person = said.get("person")
+        person = words.get("person")
         if isinstance(person, str) and person in PEOPLE:
             self._avatar = f"builtin:person={person}"
         elif person == "" and self._guest.avatar:
@@ -349,8 +349,8 @@ class _Visit:
 
     def _move(self, record: bytes, now_ns: int) -> None:
         """What mouse and keys do, what the camera sees, or what the headset measures."""
-        said, role = moved(record, now_ns), role_of(record)
-        if said is None:
+        frame, role = moved(record, now_ns), role_of(record)
+        if frame is None:
             self._refuse()
         elif self.entered and now_ns - self._passed_ns[role] >= _EVERY_NS:
             self._passed_ns[role] = now_ns

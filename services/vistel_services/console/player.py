@@ -8,7 +8,7 @@ import json
 from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
-from vistel.log.questions import Tell
+from vistel.log.questions import Put
 from vistel.render.stage.stage import looks_before
 from vistel.session.chat import Chat
 from vistel.session.going.numbers import Numbers
@@ -26,11 +26,11 @@ _NUMBERS_NS = 500_000_000
 class Player:
     """Lives on the event loop. feed: what is made of the log; numbers: whether how everything did is told, too."""
 
-    def __init__(self, conference: Conference, reader: LogReader, tell: Tell, *, numbers: bool = True) -> None:
-        """tell: gets kinds of words, and JSON."""
+    def __init__(self, conference: Conference, reader: LogReader, put: Put, *, numbers: bool = True) -> None:
+        """put: gets kinds of words, and JSON."""
         playout = conference.playout.model_copy(update={"delay": conference.playout.recorded_s})
         self._delay_ns = round(playout.recorded_s * 1e9)
-        self._conference, self._reader, self._tell = conference, reader, tell
+        self._conference, self._reader, self._put = conference, reader, put
         self._log = LogFeed(reader)
         self._chat = Chat(self._log.bus)
         self._arrivals = Arrivals(self._log.bus)
@@ -62,7 +62,7 @@ class Player:
                 now = self._numbers.now(instant.now_ns, instant.people) | {"kind": "numbers", "viewers": 1}
                 told.append(("numbers", json.dumps(now)))
         for kind, words in told:
-            self._tell(kind, words)
+            self._put(kind, words)
         return frame, [] if leapt else spoken
 
     async def _leap(self, now_ns: int) -> None:

@@ -114,7 +114,7 @@ class Replays:
 
         key = (reader.path, reader.end_ns)
         if key not in self._lanes:
-            self._lanes = {key: Lasting(reader.path, "lanes")} | {k: s for k, s in self._lanes.items() if s.told}
+            self._lanes = {key: Lasting(reader.path, "lanes")} | {k: s for k, s in self._lanes.items() if s.pages}
         return self._lanes[key]
 
 
@@ -147,7 +147,7 @@ class _Visit:
         self.tell_notes(self._reader.path)
         tasks = [background.start(send(self._connection, self.viewer), "replay viewer"), background.start(self._play(), "replay")]
         try:
-            with self._replays.lanes(self._reader).told_to(self.viewer.put):
+            with self._replays.lanes(self._reader).answering(self.viewer.put):
                 async for said in self._connection:
                     if said.type is WSMsgType.TEXT:
                         self._hear(said.data)

@@ -17,16 +17,16 @@ class Echoes:
     """Commands that people said lately, whoever's microphone heard them, at any site."""
 
     def __init__(self) -> None:
-        self._said: deque[tuple[str, str, int]] = deque(maxlen=_KEPT)
+        self._commands: deque[tuple[str, str, int]] = deque(maxlen=_KEPT)
 
     def add(self, utterance: Utterance) -> None:
         """Somebody was understood."""
         if utterance.text and utterance.state != Utterance.STATE_REJECTED:
-            self._said.append((utterance.participant, utterance.text, utterance.start_ns))
+            self._commands.append((utterance.participant, utterance.text, utterance.start_ns))
 
     def of(self, participant: str, text: str, begin_ns: int) -> str:
         """Who said it, if what this participant's microphone heard at `begin_ns` was somebody else; "" if not."""
-        for who, said, start_ns in self._said:
-            if who != participant and said == text and -_BEFORE_NS <= begin_ns - start_ns <= _AFTER_NS:
+        for who, spoken, start_ns in self._commands:
+            if who != participant and spoken == text and -_BEFORE_NS <= begin_ns - start_ns <= _AFTER_NS:
                 return who
         return ""

@@ -136,7 +136,7 @@ class Listener:
         reception = self.reader.reception(begin_ns, end_ns)
         if reception.talking < TALKING:
             return f"nobody was louder than the noise (for {reception.talking:.0%} of it)"
-        best = next((r.said for r in readings if r.said is not None), None)
+        best = next((r.sentence for r in readings if r.sentence is not None), None)
         who = self._echoes.of(self._speaker.participant, best.text, begin_ns) if best else ""
         return f"{who} said so" if who else ""
 
@@ -144,7 +144,7 @@ class Listener:
         began_ns = self._begin_ns or 0
         begin_ns, end_ns = (began_ns + round(s * 1e9) for s in (heard[0].start_s, heard[0].end_s))
         language = self._speaker.language
-        readings = [Reading(self._grammar.said(h.words, language) if h.words else None, h.confidence) for h in heard]
+        readings = [Reading(self._grammar.sentence(h.words, language) if h.words else None, h.confidence) for h in heard]
         if why := self._unbelieved(readings, begin_ns, end_ns):
             _HEARD.labels(self._speaker.participant, "unbelieved").inc()
             log.info("event=not_said_to_the_room participant=%s reason=%r", self._speaker.participant, why)
@@ -160,7 +160,7 @@ class Listener:
             self._speaker.participant,
             turn.outcome.value,
             heard[0].confidence,
-            turn.said.text if turn.said else "",
+            turn.sentence.text if turn.sentence else "",
         )
         if turn.outcome is ResponseKind.IGNORED:
             return
@@ -168,15 +168,15 @@ class Listener:
             id=secrets.token_hex(8),
             participant=self._speaker.participant,
             language=language,
-            text=turn.said.text if turn.said else "",
-            spoken=turn.said.spoken if turn.said else "",
+            text=turn.sentence.text if turn.sentence else "",
+            spoken=turn.sentence.spoken if turn.sentence else "",
             confidence=turn.confidence or heard[0].confidence,
             start_ns=max(0, begin_ns),
             end_ns=max(0, end_ns),
         )
         for r in readings:
-            if r.said is not None:
-                utterance.readings.add(text=r.said.text, confidence=r.confidence)
+            if r.sentence is not None:
+                utterance.readings.add(text=r.sentence.text, confidence=r.confidence)
         if turn.action is not None:
             self._ask(turn, utterance, end_ns, now_ns)
         self._publish(utterance, _STATES[turn.outcome], turn.reply, now_ns)

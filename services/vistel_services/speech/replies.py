@@ -43,7 +43,7 @@ class SpokenReplies:
         self._encoder = Encoder()
         self._tasks: set[asyncio.Task[None]] = set()
         self._left = np.zeros(0, np.float32)
-        self._said: tuple[int, int] = (-1, -1)
+        self._playing: tuple[int, int] = (-1, -1)
 
     def say(self, text: str, now_ns: int) -> None:
         """As soon as it is synthesised."""
@@ -66,7 +66,7 @@ class SpokenReplies:
         message = Voice(opus=self._encoder.encode(frame), level_db=-20.0)
         message.header.t_ns = now_ns
         self._voice.put(message)
-        self._said = (self._said[0] if now_ns - self._said[1] < _ROOM_NS else now_ns, now_ns + FRAME_NS)
+        self._playing = (self._playing[0] if now_ns - self._playing[1] < _ROOM_NS else now_ns, now_ns + FRAME_NS)
         if not len(self._left):
             end = Voice()
             end.header.t_ns = now_ns + FRAME_NS
@@ -74,7 +74,7 @@ class SpokenReplies:
 
     def spoke_at(self, t_ns: int) -> bool:
         """Whether the room's own voice could be heard then."""
-        return self._said[0] <= t_ns < self._said[1] + _ROOM_NS
+        return self._playing[0] <= t_ns < self._playing[1] + _ROOM_NS
 
     def close(self) -> None:
         """Say no more."""

@@ -69,7 +69,7 @@ class _Site:
         names = self._listeners
         self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
-        self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
+        self._utterances = bus.subscribe(BY_NAME["utterance"], polled=True)
         self._keys = bus.subscribe(BY_NAME["world_key"], polled=True)
         self._results = [bus.subscribe(BY_NAME["command_result"], polled=True, participant=name) for name in names]
         self._things: tuple[KnownThing, ...] = ()
@@ -85,7 +85,7 @@ class _Site:
         for sample in self._controls.take():
             if (listener := self._listeners.get(sample.names["participant"])) is not None:
                 listener.set_control(sample.message, self._things, now_ns)
-        for sample in self._said.take():
+        for sample in self._utterances.take():
             self._echoes.add(sample.message)
         for inbox in self._results:
             for sample in inbox.take():
@@ -99,7 +99,7 @@ class _Site:
 
     def close(self) -> None:
         """Stop listening."""
-        for subscription in (self._voices, self._controls, self._said, self._keys, *self._results):
+        for subscription in (self._voices, self._controls, self._utterances, self._keys, *self._results):
             subscription.close()
         for listener in self._listeners.values():
             listener.replies.close()

@@ -77,7 +77,7 @@ def test_a_command_from_a_bad_microphone_is_understood(
     found = heard(recogniser(language, grammar), spoil(sound))
     meant = grammar.read(text)
     assert meant is not None
-    assert [said.means for words, _ in found if (said := grammar.said(words, language))] == [meant.means]
+    assert [said.means for words, _ in found if (said := grammar.sentence(words, language))] == [meant.means]
 
 
 def test_of_a_recording_whose_other_channel_is_dead_the_living_one_is_heard(tmp_path: Path, grammar: Grammar) -> None:
@@ -89,7 +89,7 @@ def test_of_a_recording_whose_other_channel_is_dead_the_living_one_is_heard(tmp_
         file.setframerate(int(rate))
         file.writeframes(np.stack([np.rint(32767 * sound), np.zeros(len(sound))], 1).astype("<i2").tobytes())
     ((words, confidence),) = heard(recogniser("ja", grammar), Resampler(rate).feed(read_recording(path)[0]))
-    said, meant = grammar.said(words, "ja"), grammar.read(RECORDED.with_suffix(".txt").read_text().strip())
+    said, meant = grammar.sentence(words, "ja"), grammar.read(RECORDED.with_suffix(".txt").read_text().strip())
     assert said is not None
     assert meant is not None
     assert said.means == meant.means

@@ -122,7 +122,7 @@ def heard(hears: Recogniser, samples: np.ndarray, rate: float) -> tuple[str, flo
     sound = np.concatenate([quiet, Resampler(rate).feed(samples), quiet])
     found = [h for at in range(0, len(sound), 1600) for h in hears.feed(sound[at : at + 1600])] + hears.flush()
     words, confidence = max(((h[0].words, h[0].confidence) for h in found), key=lambda each: each[1], default=((), 0.0))
-    said = next((s for language in GRAMMAR.languages if (s := GRAMMAR.said(words, language)) is not None), None)
+    said = next((s for language in GRAMMAR.languages if (s := GRAMMAR.sentence(words, language)) is not None), None)
     return said.spoken if said and words else "", confidence
 
 

@@ -39,7 +39,7 @@ def test_commands_are_understood_one_after_the_other_and_talk_is_believed_less(c
     hears = recogniser("en", grammar, chosen=chosen)
     sound = np.concatenate([said("move the blue box to the right"), said("make the cone larger")])
     found = [h for at in range(0, len(sound), 333) for h in hears.feed(sound[at : at + 333])]
-    texts = [s.text if (s := grammar.said(h[0].words, "en")) else "" for h in found]
+    texts = [s.text if (s := grammar.sentence(h[0].words, "en")) else "" for h in found]
     assert texts == ["move the blue box to the right", "make the cone larger"]
     assert 0.3 < found[0][0].start_s < 0.9 < found[0][0].end_s < found[1][0].start_s
     talk = said("I think we should have lunch before the meeting starts")
@@ -85,7 +85,7 @@ def test_people_are_understood(shared_data: Path, tmp_path: Path, name: str, tex
     pcm = np.frombuffer(path.read_bytes()[44 if name.endswith(".wav") else 0 :], "<i2")
     hears = recogniser("en", grammar, chosen=chosen)
     found = [*hears.feed(pcm), *hears.flush()]
-    said = grammar.said(found[0][0].words, "en")
+    said = grammar.sentence(found[0][0].words, "en")
     assert said is not None
     assert said.text == text
 
@@ -113,7 +113,7 @@ def test_bad_sound_stops_nothing(kind: str, chosen: Chosen | None) -> None:
         for _ in range(12):  # seconds stand for the hour: nothing is kept of silence
             assert hears.feed(np.zeros(5 * SAMPLE_RATE, np.float32)) == []
     found = [*hears.feed(sound), *hears.flush()]
-    best = grammar.said(found[0][0].words, "en") if found and found[0][0].words else None
+    best = grammar.sentence(found[0][0].words, "en") if found and found[0][0].words else None
     assert best is not None
     assert best.text == "make the cone larger"
 

@@ -13,7 +13,7 @@ from vistel.messages.commands import message_of
 from vistel.messages.commands_read import action_of
 from vistel.space import actions as ask
 from vistel.space.arguments import THIS, Along, Shown, Size, Towards, Which
-from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
+from vistel.speech.grammar import LANGUAGES, Grammar, Language, Sentence, Word
 from vistel.speech.grammar_file import ROOM, load_grammar
 from vistel.speech.kana import from_romaji, reading
 from vistel.speech.meaning import CORRECT, REMARKS, Correction, Remark, asked_for, verbs
@@ -21,9 +21,9 @@ from vistel.speech.meaning import CORRECT, REMARKS, Correction, Remark, asked_fo
 GRAMMAR, FAULTS = load_grammar()
 
 
-def _each_word(grammar: Grammar, language: Language) -> list[Said]:
+def _each_word(grammar: Grammar, language: Language) -> list[Sentence]:
     """Sentences that use each word of each place of each pattern, what is optional said and left out."""
-    out: list[Said] = []
+    out: list[Sentence] = []
     for s in grammar.by_language[language]:
         for k, place in enumerate(s.places):
             for word in place.words:
@@ -34,15 +34,15 @@ def _each_word(grammar: Grammar, language: Language) -> list[Said]:
                             chosen.append(word)
                         elif full or not other.optional:
                             chosen.append(other.words[0])
-                    said = grammar.said([w.name for w in chosen], language)
-                    assert said is not None
-                    out.append(said)
+                    sentence = grammar.sentence([w.name for w in chosen], language)
+                    assert sentence is not None
+                    out.append(sentence)
     return out
 
 
-def _round_trip(said: Said) -> None:
-    wanted = asked_for(said.means)
-    for text in (said.text, said.spoken):
+def _round_trip(sentence: Sentence) -> None:
+    wanted = asked_for(sentence.means)
+    for text in (sentence.text, sentence.spoken):
         meanings = [dict(r.means) for r in GRAMMAR.readings(text)]
         assert meanings
         assert all(asked_for(m) == wanted for m in meanings), text
@@ -56,8 +56,8 @@ def test_the_rooms_own_grammar_has_no_fault() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_word_in_every_place_is_read_back_and_asks_for_something(language: Language) -> None:
-    for said in _each_word(GRAMMAR, language):
-        _round_trip(said)
+    for sentence in _each_word(GRAMMAR, language):
+        _round_trip(sentence)
 
 
 @settings(max_examples=150, deadline=None)
@@ -68,9 +68,9 @@ def test_sentences_go_from_text_to_meaning_to_command_and_back(language: Languag
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_verb_that_is_known_can_be_said(language: Language) -> None:
-    said = {dict(s.means)["do"] for s in _each_word(GRAMMAR, language) if "do" in s.means}
-    assert said == {*verbs(), *REMARKS, CORRECT}
-    assert len(said) + 16 >= 40  # verbs that change things, each in several directions
+    verbs_found = {dict(s.means)["do"] for s in _each_word(GRAMMAR, language) if "do" in s.means}
+    assert verbs_found == {*verbs(), *REMARKS, CORRECT}
+    assert len(verbs_found) + 16 >= 40  # verbs that change things, each in several directions
 
 
 @pytest.mark.parametrize(
@@ -78,10 +78,10 @@ def test_every_verb_that_is_known_can_be_said(language: Language) -> None:
     ["あかいはこをみぎにうごかして", "赤い箱を右に動かして", "アカイハコヲミギニウゴカシテ", "akai hako o migi ni ugokashite"],
 )
 def test_one_command_however_it_is_written(text: str) -> None:
-    said = GRAMMAR.read(text)
-    assert said is not None
-    assert asked_for(said.means) == ask.MoveBy(Which(shape="box", colour="red"), Towards.RIGHT, 0.1)
-    assert (said.text, said.spoken) == ("赤い箱を右に動かして", "あかいはこをみぎにうごかして")
+    sentence = GRAMMAR.read(text)
+    assert sentence is not None
+    assert asked_for(sentence.means) == ask.MoveBy(Which(shape="box", colour="red"), Towards.RIGHT, 0.1)
+    assert (sentence.text, sentence.spoken) == ("赤い箱を右に動かして", "あかいはこをみぎにうごかして")
 
 
 @pytest.mark.parametrize(
@@ -114,9 +114,9 @@ def test_one_command_however_it_is_written(text: str) -> None:
     ],
 )
 def test_sentences_ask_for_what_they_say(text: str, wanted: object) -> None:
-    said = GRAMMAR.read(text)
-    assert said is not None
-    assert asked_for(said.means) == wanted
+    sentence = GRAMMAR.read(text)
+    assert sentence is not None
+    assert asked_for(sentence.means) == wanted
 
 
 @pytest.mark.parametrize("text", ["", "the weather is nice", "あかいはこを", "move", "red box move right", "1234", "—"])
@@ -125,12 +125,12 @@ def test_what_is_no_sentence_means_nothing(text: str) -> None:
 
 
 def test_what_recognisers_report_is_a_sentence_only_in_its_order() -> None:
-    said = GRAMMAR.read("move the red box left")
-    assert said is not None
-    names = [w.name for w in said.words]
-    assert GRAMMAR.said(names, "en") == said
-    assert GRAMMAR.said(names[::-1], "en") is None
-    assert GRAMMAR.said([*names, "nothing.like.it"], "en") is None
+    sentence = GRAMMAR.read("move the red box left")
+    assert sentence is not None
+    names = [w.name for w in sentence.words]
+    assert GRAMMAR.sentence(names, "en") == sentence
+    assert GRAMMAR.sentence(names[::-1], "en") is None
+    assert GRAMMAR.sentence([*names, "nothing.like.it"], "en") is None
 
 
 def test_a_wake_word_stands_before_a_sentence_or_alone() -> None:

@@ -99,7 +99,7 @@ class Hears:
 @needs_voices
 def test_what_is_understood_and_what_is_believed_are_counted_apart(grammar: Grammar) -> None:
     some = sets.tune()
-    first = some.commands(grammar, "en", 2)[0].said
+    first = some.commands(grammar, "en", 2)[0].sentence
     names = tuple(word.name for word in first.words)
     for confidence, believed in ((0.9, 1), (0.4, 0)):
         (heard,) = commands_heard(Hears(names, confidence), some, grammar, "en", 2, ("clean",))

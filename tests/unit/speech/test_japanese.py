@@ -50,7 +50,7 @@ def heard(recogniser: HybridRecogniser, sound: np.ndarray, chunk: int = 320) -> 
 def test_a_recorded_command_is_understood_and_believed(path: Path, grammar: Grammar, recogniser: HybridRecogniser) -> None:
     expected = path.with_suffix(".txt").read_text().strip()
     (found,) = heard(recogniser, samples(path))
-    said = grammar.said(found[0].words, "ja")
+    said = grammar.sentence(found[0].words, "ja")
     meant = grammar.read(expected)
     assert said is not None
     assert meant is not None

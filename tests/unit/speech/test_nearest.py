@@ -62,7 +62,7 @@ def test_nothing_is_near_nothing() -> None:
 def test_texts_become_readings_by_how_sure_and_how_near_they_are() -> None:
     texts = [Transcript("make it blew", 0.8), Transcript("make it blue", 0.6), Transcript("make it larger", 0.9)]
     found = readings(texts, ENGLISH, 1.0, 2.0)
-    assert [GRAMMAR.said(h.words, "en").text for h in found] == ["make it larger", "make it blue"]  # type: ignore[union-attr]
+    assert [GRAMMAR.sentence(h.words, "en").text for h in found] == ["make it larger", "make it blue"]  # type: ignore[union-attr]
     assert [h.confidence for h in found] == pytest.approx([0.9, 0.6])
     assert (found[0].start_s, found[0].end_s) == (1.0, 2.0)
     far = readings([Transcript("what a lovely day this is")], ENGLISH, 0.0, 1.0)

@@ -87,32 +87,32 @@ class Person:
     glasses: str = ""
 
 
-def checked(told: Person) -> Person:
+def checked(given: Person) -> Person:
     """Everything given and within what the model covers; a PersonWarning names what had to be brought there. Raises ValueError, one
     line, for a sex or a measure that is not known, and for numbers that are none."""
-    if told.sex not in SEXES:
-        raise ValueError(f"sex: expected one of {', '.join(SEXES)}, got {told.sex!r}")
-    for name in told.measures:
+    if given.sex not in SEXES:
+        raise ValueError(f"sex: expected one of {', '.join(SEXES)}, got {given.sex!r}")
+    for name in given.measures:
         if name not in COLUMNS:
             raise ValueError(f"no measure {name!r}; expected one of {', '.join(COLUMNS)}")
-    if told.hair and told.hair not in STYLES:
-        raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {told.hair!r}")
-    if told.beard and told.beard not in BEARDS:
-        raise ValueError(f"beard: expected one of {', '.join(BEARDS)}, got {told.beard!r}")
-    if told.glasses and told.glasses not in GLASSES:
-        raise ValueError(f"glasses: expected one of {', '.join(GLASSES)}, got {told.glasses!r}")
-    told = _within(told, ("age", "muscle", "skin", "height", "weight"))
-    if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
-        raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
-    height = _usual(told.sex, told.age)[0] if told.height is None else told.height
-    weight = usual_weight(told.sex, told.age, height) if told.weight is None else told.weight
-    return replace(told, height=height, weight=weight)
+    if given.hair and given.hair not in STYLES:
+        raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {given.hair!r}")
+    if given.beard and given.beard not in BEARDS:
+        raise ValueError(f"beard: expected one of {', '.join(BEARDS)}, got {given.beard!r}")
+    if given.glasses and given.glasses not in GLASSES:
+        raise ValueError(f"glasses: expected one of {', '.join(GLASSES)}, got {given.glasses!r}")
+    given = _within(given, ("age", "muscle", "skin", "height", "weight"))
+    if len(given.origin) != len(ORIGINS) or not np.isfinite(given.origin).all() or min(given.origin) < 0.0 or not sum(given.origin):
+        raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {given.origin}")
+    height = _usual(given.sex, given.age)[0] if given.height is None else given.height
+    weight = usual_weight(given.sex, given.age, height) if given.weight is None else given.weight
+    return replace(given, height=height, weight=weight)
 
 
-def fit(told: Person) -> Fitted:
+def fit(given: Person) -> Fitted:
     """The look of the model that is this person. Warns and raises as `checked` does, and warns where their weight is not
     reached."""
-    person = checked(told)
+    person = checked(given)
     assert person.height is not None and person.weight is not None
     model = body_model()
     rng = np.random.default_rng(person.face_seed)
@@ -127,9 +127,9 @@ def fit(told: Person) -> Fitted:
     return found
 
 
-def make(told: Person, name: str = "person") -> Avatar:
+def make(given: Person, name: str = "person") -> Avatar:
     """The avatar of a person. Warns and raises as `fit` does."""
-    person, model = checked(told), body_model()
+    person, model = checked(given), body_model()
     rng = np.random.default_rng(person.face_seed + 2)
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
@@ -138,7 +138,7 @@ def make(told: Person, name: str = "person") -> Avatar:
         colours = replace(colours, top=None, shorts=None)
     with ThreadPoolExecutor(1) as beside:  # the skin's picture takes as long as all the rest, and neither needs the other
         skin = beside.submit(paint, model, colours)
-        body = assemble(model, fit(told).shape, name=name)
+        body = assemble(model, fit(given).shape, name=name)
         of_chin = person.beard or usual_beard(person.sex, person.age, rng)
         grown = (
             hair(body, style, colours.hair, rng, receding=back, over=_OF_CLOTHES * person.dressed),
@@ -152,9 +152,9 @@ def make(told: Person, name: str = "person") -> Avatar:
     return joined(painted(body, picture, patches), [part for part in (*grown, *worn) if part is not None])
 
 
-def limbs_of(told: Person) -> tuple[Skeleton, Body]:
+def limbs_of(given: Person) -> tuple[Skeleton, Body]:
     """Joint chain and primitives of `make(told)`, sooner. Warns and raises as `fit` does."""
-    return limbs(body_model(), fit(told).shape)
+    return limbs(body_model(), fit(given).shape)
 
 
 def face_of(model: BodyModel, rng: np.random.Generator, age: float = 30.0) -> dict[str, float]:
@@ -237,9 +237,9 @@ def _usual(sex: str, age: float) -> tuple[float, float]:
     return float(np.interp(age, list(_GROWTH), rows[:, column])), float(np.interp(age, list(_GROWTH), rows[:, column + 1]))
 
 
-def _within(told: Person, names: tuple[str, ...]) -> Person:
+def _within(given: Person, names: tuple[str, ...]) -> Person:
     for name in names:
-        value: float | None = getattr(told, name)
+        value: float | None = getattr(given, name)
         if value is None:
             continue
         low, high = _COVERED[name]
@@ -248,8 +248,8 @@ def _within(told: Person, names: tuple[str, ...]) -> Person:
         if not low <= value <= high:
             taken = min(max(value, low), high)
             _warn(f"{name}: {value:g} is beyond what the model covers, {low:g} to {high:g}; {taken:g} taken")
-            told = replace(told, **{name: taken})
-    return told
+            given = replace(given, **{name: taken})
+    return given
 
 
 def _warn(text: str) -> None:

@@ -77,7 +77,7 @@ def make_avatar(
         raise MakingError(f"vertex {bad} is not finite; repair the mesh")
     left = known.left()
     placed = upright(
-        source.points[used], unit=unit, up=up, height=height, left=left, head=known.head(), told=(source.unit, source.up)
+        source.points[used], unit=unit, up=up, height=height, left=left, head=known.head(), stated=(source.unit, source.up)
     )
     notes += placed.notes
     points = placed(source.points)

@@ -44,19 +44,19 @@ def upright(
     height: float | None = None,
     left: F64 | None = None,
     head: F64 | None = None,
-    told: tuple[float | None, str | None] = (None, None),
+    stated: tuple[float | None, str | None] = (None, None),
 ) -> Upright:
     """How the mesh with these points (V, 3) gets upright, in metres, soles on the floor, facing +Z.
 
     unit: metres per unit and up: "Y" or "Z", where they are known; height: of the person [m], where known; left, head: (3,)
-    from the right to the left shoulder and from the feet to the head in the file's frame, where a rig tells; told: unit
+    from the right to the left shoulder and from the feet to the head in the file's frame, where a rig tells; stated: unit
     and up as the file has them, which is believed where a person comes of it. Raises MakingError.
     """
     size = np.ptp(points, axis=0)
     notes: list[str] = []
     if up is None:
-        up, said = _up_told(size, head, told[1])
-        notes.append(said)
+        up, note = _up_stated(size, head, stated[1])
+        notes.append(note)
     rotation = np.eye(3) if up == "Y" else np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     p = points @ rotation.T
     if left is not None:
@@ -78,18 +78,18 @@ def upright(
     if height is not None:
         scale = height / max(tall, 1e-12)
         notes.append(f"scaled to the height given, {height:.2f} m")
-    elif unit is None and told[0] is not None and 0.5 <= tall * told[0] <= 2.6:
-        scale = told[0]
-        notes.append(f"unit of the file, {told[0]:g} m: {tall * scale:.2f} m tall")
+    elif unit is None and stated[0] is not None and 0.5 <= tall * stated[0] <= 2.6:
+        scale = stated[0]
+        notes.append(f"unit of the file, {stated[0]:g} m: {tall * scale:.2f} m tall")
     elif unit is not None:
         scale = unit
         if not 0.5 <= tall * scale <= 2.6:
             raise MakingError(f"its unit makes a person {tall * scale:.3g} m tall, expected 0.5 to 2.6; give --height METRES")
     else:
-        scale, said = _unit(tall)
-        if told[0] is not None:
-            said = f"its unit of {told[0]:g} m would make a person {tall * told[0]:.3g} m tall; {said}"
-        notes.append(said)
+        scale, note = _unit(tall)
+        if stated[0] is not None:
+            note = f"its unit of {stated[0]:g} m would make a person {tall * stated[0]:.3g} m tall; {note}"
+        notes.append(note)
     p = p * scale
     middle = 0.5 * (p[:, 0].min() + p[:, 0].max())
     foot = p[p[:, 1] < p[:, 1].min() + 0.07 * np.ptp(p[:, 1])]
@@ -102,18 +102,18 @@ def size_of(p: F64) -> F64:
     return np.ptp(p, axis=0)
 
 
-def _up_told(size: F64, head: F64 | None, told: str | None) -> tuple[str, str]:
+def _up_stated(size: F64, head: F64 | None, stated: str | None) -> tuple[str, str]:
     """By the rig where there is one, else as the file says it unless its shape lies, else by the shape."""
     if head is not None and float(np.abs(head[1:]).max()) > 0.5 * float(size.max()):
         up = "Y" if abs(head[1]) > abs(head[2]) else "Z"
-        return up, f"{up} is up (by the rig)" + (f", though the file says {told}" if told not in (None, up) else "")
+        return up, f"{up} is up (by the rig)" + (f", though the file says {stated}" if stated not in (None, up) else "")
     try:
-        up, said = _up(size)
+        up, note = _up(size)
     except MakingError:
-        if told in ("Y", "Z"):
-            return told, f"{told} is up, as the file says"
+        if stated in ("Y", "Z"):
+            return stated, f"{stated} is up, as the file says"
         raise
-    return up, said + (f", though the file says {told}" if told not in (None, up) else "")
+    return up, note + (f", though the file says {stated}" if stated not in (None, up) else "")
 
 
 def _up(size: F64) -> tuple[str, str]:

@@ -66,11 +66,11 @@ class Steering:
             yield lambda said: self._refuse(put, address)
             return
         page = HostPage(self, put, address)
-        telling = self._background.start(page.tell(), "console steering")
+        sending = self._background.start(page.tell(), "console steering")
         try:
             yield page.take
         finally:
-            telling.cancel()
+            sending.cancel()
             page.close()
 
     def start(self, work: Any, name: str) -> asyncio.Task[None]:
@@ -114,7 +114,7 @@ class Steering:
             guests = await asyncio.to_thread(seated, self._paths.run, self.clock.now_ns())
         except (OSError, ValueError):
             guests = {}
-        told: dict[str, object] = {"kind": "steering", "runs": reply is not None, **_of_run(reply)}
+        words: dict[str, object] = {"kind": "steering", "runs": reply is not None, **_of_run(reply)}
         rows = [
             {
                 "name": p.name,
@@ -127,7 +127,7 @@ class Steering:
             for p, site in people
         ]
         worlds = [{"place": world.place, "leads": world.leads} for world in self._actions.worlds.now()]
-        return told | {"people": rows, "nodes": self.lines.nodes(), "worlds": worlds}
+        return words | {"people": rows, "nodes": self.lines.nodes(), "worlds": worlds}
 
     def _refuse(self, put: Put, address: str) -> bool:
         self._refused += 1
@@ -148,20 +148,20 @@ class HostPage:
         self._filter: dict[str, str] | None = None
         self._shown = -1
 
-    def take(self, said: str) -> bool:
+    def take(self, text: str) -> bool:
         """Words of the page."""
-        asked = words_of(said)
+        asked = words_of(text)
         if isinstance(asked.get("complete"), str):
             line = str(asked["complete"])[:MOST_LETTERS]
             found = completion(line)
-            self._tell("completions", line=line, words=found.words, thing=found.thing)
+            self._send("completions", line=line, words=found.words, thing=found.thing)
         elif "lines" in asked:
             wanted: object = asked["lines"]
             given = cast("dict[str, object]", wanted) if isinstance(wanted, dict) else None
             fields = ("level", "node", "text")
             self._filter = None if given is None else {f: str(given.get(f, ""))[:MOST_LETTERS] for f in fields}
             self._shown = -1
-            self._tell_lines()
+            self._send_lines()
         elif "do" in asked or "note" in asked or not asked:
             self._begin(asked)
         return True
@@ -180,15 +180,15 @@ class HostPage:
                 self._put("steering", state)
             if self._filter is not None:
                 await steering.look()
-                self._tell_lines()
+                self._send_lines()
             await sleep(steering.clock, TELL_S)
 
-    def _tell_lines(self) -> None:
+    def _send_lines(self) -> None:
         lines = self._steering.lines
         if self._filter is not None and lines.changes != self._shown:
             self._shown = lines.changes
             rows = [[line.time, line.level, line.node, line.text] for line in lines.newest(**self._filter)]
-            self._tell("lines", lines=rows)
+            self._send("lines", lines=rows)
 
     def _begin(self, asked: dict[str, object]) -> None:
         number = asked.get("id")
@@ -211,13 +211,13 @@ class HostPage:
         if _action(asked) != "note":
             key = f"steered {number % MOST_UNREAD}"
             words = {"answer": done.answer, "token": done.token, "why": done.why, "values": done.values}
-            self._tell("steered", key, id=number, done=done.done, **words)
+            self._send("steered", key, id=number, done=done.done, **words)
         elif done.done:
-            self._tell("noted", text=done.answer)
+            self._send("noted", text=done.answer)
         else:
-            self._tell("refused", reason=done.answer, code=0)
+            self._send("refused", reason=done.answer, code=0)
 
-    def _tell(self, kind: str, key: str = "", **words: object) -> None:
+    def _send(self, kind: str, key: str = "", **words: object) -> None:
         self._put(key or kind, json.dumps({"kind": kind, **words}))
 
 

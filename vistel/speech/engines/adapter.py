@@ -80,7 +80,7 @@ def readings(texts: list[Transcript], nearest: Nearest, start_s: float, end_s: f
     for text in texts:
         near = nearest.find(text.text)
         if near is not None and near.distance < FARTHEST:
-            words = tuple(w.name for w in near.said.words)
+            words = tuple(w.name for w in near.sentence.words)
             sure = min(1.0, max(0.0, text.confidence)) * (1.0 - near.distance / FARTHEST)
             out[words] = max(sure, out.get(words, 0.0))
     if not out:

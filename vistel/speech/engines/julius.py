@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.speech.engines.engine import I16, EngineError, Transcript
-from vistel.speech.grammar import Grammar, Language, Sentence
+from vistel.speech.grammar import Grammar, Language, SentencePattern
 from vistel.speech.phones import kana_phones
 from vistel.speech.recognition import SAMPLE_RATE
 from vistel.speech.word_graph import word_graph
@@ -45,7 +45,7 @@ def make(grammar: Grammar, language: Language, model: Path) -> "Julius":
 
 def automaton(grammar: Grammar) -> tuple[str, str]:
     """The Japanese sentences as Julius reads them: .dfa, which goes from their end to their beginning, and .dict."""
-    backward = tuple(Sentence(tuple(reversed(s.places)), s.means) for s in grammar.by_language.get("ja", ()))
+    backward = tuple(SentencePattern(tuple(reversed(s.places)), s.means) for s in grammar.by_language.get("ja", ()))
     graph = word_graph(replace(grammar, by_language={"ja": backward}), "ja")
     words = sorted({word for _, _, word in graph.arcs})
     number = {word: n + 2 for n, word in enumerate(words)}  # 0 and 1: silence at the end, at the beginning
@@ -76,7 +76,7 @@ class Julius:
         self._model = model
         self._folder = tempfile.TemporaryDirectory(prefix="vistel-julius-")
         self._sound = Path(self._folder.name) / "said.wav"
-        self._said: list[I16] = []
+        self._samples: list[I16] = []
         at = Path(self._folder.name) / "commands"
         dfa, words = automaton(grammar)
         at.with_suffix(".dfa").write_text(dfa)
@@ -88,18 +88,18 @@ class Julius:
 
     def begin(self) -> None:
         """As `Engine`."""
-        self._said = []
+        self._samples = []
 
     def feed(self, samples: I16) -> None:
         """As `Engine`."""
-        self._said.append(samples)
+        self._samples.append(samples)
 
     def finish(self) -> list[Transcript]:
         """As `Engine`. Raises EngineError where the process has ended or does not answer; the next utterance starts it anew."""
         with wave.open(str(self._sound), "wb") as file:
             file.setparams((1, 2, SAMPLE_RATE, 0, "NONE", "not compressed"))
-            file.writeframes(np.concatenate([_QUIET, *self._said, _QUIET]).tobytes())
-        self._said = []
+            file.writeframes(np.concatenate([_QUIET, *self._samples, _QUIET]).tobytes())
+        self._samples = []
         process = self._process()
         with contextlib.suppress(OSError):  # its output before it ended is read below
             if process.stdin is not None:
@@ -120,19 +120,19 @@ class Julius:
     def _answer(self, process: subprocess.Popen[bytes]) -> str:
         """Its output until it asks for the next file."""
         out = process.stdout
-        said = b""
-        while out is not None and not said.endswith(_ASKS):
+        output = b""
+        while out is not None and not output.endswith(_ASKS):
             ready, _, _ = select.select([out], [], [], _PATIENCE_S)
             more = os.read(out.fileno(), 65536) if ready else b""
-            said += more
+            output += more
             if not more:
-                why = said.decode("utf-8", "replace").strip().splitlines()
+                why = output.decode("utf-8", "replace").strip().splitlines()
                 fault = next((line for line in why if "ERROR" in line or "Error" in line), why[-1] if why else "")
                 self._started = None
                 _end(process)
                 what = "has ended" if ready else f"does not answer after {_PATIENCE_S:.0f} s"
                 raise EngineError(f"julius: model {self._model}: {what}: {fault}")
-        return said.decode("utf-8", "replace")
+        return output.decode("utf-8", "replace")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -140,10 +140,10 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
-def transcripts(said: str) -> list[Transcript]:
+def transcripts(output: str) -> list[Transcript]:
     """Of what Julius prints for an utterance; a sentence's confidence is the mean of its words' measures."""
-    texts: dict[str, str] = dict(re.findall(r"^sentence(\d+):(.*)$", said, re.MULTILINE))
-    sure = {n: [float(x) for x in values.split()] for n, values in re.findall(r"^cmscore(\d+):(.*)$", said, re.MULTILINE)}
+    texts: dict[str, str] = dict(re.findall(r"^sentence(\d+):(.*)$", output, re.MULTILINE))
+    sure = {n: [float(x) for x in values.split()] for n, values in re.findall(r"^cmscore(\d+):(.*)$", output, re.MULTILINE)}
     out: list[Transcript] = []
     last = 1.0
     for n, words in texts.items():

@@ -49,7 +49,7 @@ class PocketsphinxRecogniser:
     def reset(self) -> None:
         """Drops the current utterance and starts counting time anew."""
         self._segments = Segmenter(clean=True)
-        self._said: list[I16] = []
+        self._samples: list[I16] = []
         self._decoded: Hypotheses | None = None
         self._known = False
 
@@ -58,8 +58,8 @@ class PocketsphinxRecogniser:
         found: list[Hypotheses] = []
         for stage, sound in self._segments.feed(samples):
             if stage is SpeechStage.BEGIN:
-                self._said = []
-            self._said.append(sound)
+                self._samples = []
+            self._samples.append(sound)
             if stage is SpeechStage.PAUSE:  # decoded now, so that the result is there if this was the end
                 self._decoded, self._known = self._understood(), True
             elif stage in (SpeechStage.BEGIN, SpeechStage.SPEECH):
@@ -74,12 +74,12 @@ class PocketsphinxRecogniser:
 
     def _finish(self) -> list[Hypotheses]:
         heard = self._decoded if self._known else self._understood()
-        self._said, self._known = [], False
+        self._samples, self._known = [], False
         return [heard] if heard is not None else []
 
     def _decode(self) -> None:
         """The whole utterance at once: its own mean removes microphone and voice better than a running one."""
-        sound = np.concatenate(self._said).tobytes()
+        sound = np.concatenate(self._samples).tobytes()
         for decoder in (self._commands, self._phones):
             decoder.start_utt()
             decoder.process_raw(sound, False, True)
@@ -103,9 +103,9 @@ class PocketsphinxRecogniser:
         texts = list(dict.fromkeys([best.hypstr, *others]))
         out: dict[tuple[str, ...], Hypothesis] = {}
         for place, text in enumerate(texts):
-            said = self._grammar.read(text)
-            if said is not None and said.language == "en":
-                names = tuple(w.name for w in said.words)
+            sentence = self._grammar.read(text)
+            if sentence is not None and sentence.language == "en":
+                names = tuple(w.name for w in sentence.words)
                 out.setdefault(names, Hypothesis(names, belief * 0.8**place, *bounds))
         return tuple(out.values())[: self._most] or (Hypothesis((), 0.0, *bounds),)
 

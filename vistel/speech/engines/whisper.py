@@ -57,20 +57,20 @@ class Whisper:
 
     def __init__(self, model: Any, language: Language, prompt: str) -> None:
         self._model, self._language, self._prompt = model, language, prompt
-        self._said: list[I16] = []
+        self._samples: list[I16] = []
 
     def begin(self) -> None:
         """As `Engine`."""
-        self._said = []
+        self._samples = []
 
     def feed(self, samples: I16) -> None:
         """As `Engine`."""
-        self._said.append(samples)
+        self._samples.append(samples)
 
     def finish(self) -> list[Transcript]:
         """As `Engine`."""
-        sound = np.concatenate([*self._said, np.zeros(_SHORTEST, np.int16)])[: max(_SHORTEST, sum(map(len, self._said)))]
-        self._said = []
+        sound = np.concatenate([*self._samples, np.zeros(_SHORTEST, np.int16)])[: max(_SHORTEST, sum(map(len, self._samples)))]
+        self._samples = []
         segments = self._model.transcribe(
             sound.astype(np.float32) / np.float32(32768.0),
             language=self._language,

@@ -100,10 +100,10 @@ class Enrolment:
     def answer(self, line: bytes, address: str) -> bytes:
         """What a site at `address` is answered, as a line."""
         try:
-            said = self._answer(line, address)
+            reply = self._answer(line, address)
         except (InvitationError, RequestError) as e:
-            said = {"error": str(e)}
-        return json.dumps(said).encode() + b"\n"
+            reply = {"error": str(e)}
+        return json.dumps(reply).encode() + b"\n"
 
     async def listen(self, host: str, port: int) -> asyncio.Server:
         """Answer whoever connects to this address of this machine. Raises OSError."""
@@ -157,31 +157,31 @@ class Enrolment:
 def enrol(invitation: Invitation, timeout_s: float = PATIENCE_S) -> Enrolled:
     """A new key, and its certificate from the host. Raises InvitationError."""
     key = ec.generate_private_key(ec.SECP256R1())
-    said = {
+    request = {
         "site": invitation.site,
         "secret": invitation.secret.hex(),
         "request": certificate_request(invitation.site, key).decode(),
     }
     where = f"{invitation.host}:{invitation.port}"
     try:
-        line = _exchanged(invitation, json.dumps(said).encode() + b"\n", timeout_s)
+        line = _exchanged(invitation, json.dumps(request).encode() + b"\n", timeout_s)
     except OSError as e:
         why = e.strerror or str(e) or "no answer"
         raise InvitationError(f"nobody answers at {where} ({why}); is the port open, and does vistel site invite run there?") from e
-    told = _strings(line)
-    if told is None or not (told.keys() == {"error"} or told.keys() == {"certificate", "authority", "conference"}):
+    reply = _strings(line)
+    if reply is None or not (reply.keys() == {"error"} or reply.keys() == {"certificate", "authority", "conference"}):
         raise InvitationError(f"what answers at {where} is no host of a conference")
-    if "error" in told:
-        raise InvitationError(told["error"][:200])
+    if "error" in reply:
+        raise InvitationError(reply["error"][:200])
     try:
-        authority = x509.load_pem_x509_certificate(told["authority"].encode())
-        certificate = x509.load_pem_x509_certificate(told["certificate"].encode())
+        authority = x509.load_pem_x509_certificate(reply["authority"].encode())
+        certificate = x509.load_pem_x509_certificate(reply["certificate"].encode())
         certificate.verify_directly_issued_by(authority)
     except (ValueError, TypeError, InvalidSignature) as e:
         raise InvitationError(f"the host at {where} sent a certificate that is not good") from e
     if certificate.public_key() != key.public_key() or common_name_of(certificate).split(".")[0] != invitation.site:
         raise InvitationError(f"the host at {where} sent somebody else's certificate")
-    return Enrolled(key, told["certificate"].encode(), told["authority"].encode(), told["conference"])
+    return Enrolled(key, reply["certificate"].encode(), reply["authority"].encode(), reply["conference"])
 
 
 def _exchanged(invitation: Invitation, line: bytes, timeout_s: float) -> bytes:
@@ -211,11 +211,11 @@ def _exchanged(invitation: Invitation, line: bytes, timeout_s: float) -> bytes:
 
 def _request(line: bytes) -> tuple[str, bytes, str]:
     """The site, the secret and the request for a certificate of a line. Raises InvitationError."""
-    told = _strings(line) if len(line) <= MOST_REQUEST_BYTES else None
-    if told is None or told.keys() != {"site", "secret", "request"}:
+    request = _strings(line) if len(line) <= MOST_REQUEST_BYTES else None
+    if request is None or request.keys() != {"site", "secret", "request"}:
         raise InvitationError("this is no request of vistel site join")
     try:
-        return told["site"], bytes.fromhex(told["secret"]), told["request"]
+        return request["site"], bytes.fromhex(request["secret"]), request["request"]
     except ValueError as e:
         raise InvitationError("this is no request of vistel site join") from e
 
@@ -223,12 +223,12 @@ def _request(line: bytes) -> tuple[str, bytes, str]:
 def _strings(line: bytes) -> dict[str, str] | None:
     """A JSON object whose values are texts."""
     try:
-        told: Any = json.loads(line)
+        value: Any = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(told, dict):
+    if not isinstance(value, dict):
         return None
-    values = cast("dict[str, Any]", told)
+    values = cast("dict[str, Any]", value)
     return values if all(isinstance(v, str) for v in values.values()) else None
 
 

@@ -20,7 +20,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.log.fast_apart import can_be_apart, computed_apart
 from vistel_cli.log.fast_sites import computed_sites
-from vistel_cli.log.fast_world import computed_world, write_said
+from vistel_cli.log.fast_world import computed_world, write_messages
 
 BEFORE_NS = 10_000_000_000
 """A replay from the middle begins so long before: solver and filters have forgotten by then where they began [ns]."""
@@ -59,7 +59,7 @@ def replay_fast(
             windows = ends.enter_context(computed_apart(windows))
         last = None
         for last in windows:
-            write_said(writer, last.said)
+            write_messages(writer, last.messages)
             progress(last.until_ns)
     assert last is not None
     reader.damage.extend(line for line in last.damage if line not in reader.damage)  # found by the other processes

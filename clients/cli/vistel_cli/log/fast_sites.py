@@ -26,7 +26,7 @@ PLACE = {topic.name: n for n, topic in enumerate(RECORDED)}
 """Their order, for messages of the same time."""
 
 
-class Said(NamedTuple):
+class Published(NamedTuple):
     """A message that was published. place: of its topic in RECORDED."""
 
     at_ns: int
@@ -40,28 +40,28 @@ class Window(NamedTuple):
     damage: what is known so far of what the log lacks."""
 
     until_ns: int
-    said: list[Said]
+    messages: list[Published]
     used: int
     damage: tuple[str, ...]
 
 
-class Heard:
+class Listener:
     """Notes what is published in a network, of the topics that are written down."""
 
     def __init__(self, network: MemoryNetwork, clock: LoopClock) -> None:
         self._clock = clock
-        self._said: list[Said] = []
+        self._messages: list[Published] = []
         network.listen(self._note)
 
-    def take(self) -> list[Said]:
+    def take(self) -> list[Published]:
         """What was published since the last call."""
-        said, self._said = self._said, []
-        return said
+        messages, self._messages = self._messages, []
+        return messages
 
     def _note(self, topic: Topic, key: str, payload: bytes) -> None:
         place = PLACE.get(topic.name)
         if place is not None:
-            self._said.append(Said(self._clock.now_ns(), place, key, payload))
+            self._messages.append(Published(self._clock.now_ns(), place, key, payload))
 
 
 def computed_sites(
@@ -96,7 +96,7 @@ class _Sites:
 
     async def begin(self, conference: Conference, source: str, start_ns: int, end_ns: int, paths: RunPaths) -> None:
         self._clock, network = LoopClock(start_ns), MemoryNetwork()
-        self._heard = Heard(network, self._clock)
+        self._heard = Listener(network, self._clock)
         bus = network.bus(conference.name, "hub", self._clock, None)
         self._feeder = Feeder(self._reader, conference, bus, self._clock, source, raw=source == "devices")
         if source == "devices":

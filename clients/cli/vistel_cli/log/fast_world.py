@@ -14,7 +14,7 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
 from vistel.wire.topics import Delivery
-from vistel_cli.log.fast_sites import RECORDED, Heard, Said, Window, ended
+from vistel_cli.log.fast_sites import RECORDED, Listener, Published, Window, ended
 from vistel_services import world
 from vistel_services.world.room import STEP_NS
 from vistel_services.world.service import seed
@@ -37,9 +37,9 @@ def computed_world(
         led, run = WorldAlone(), runner.get_loop().run_until_complete
         run(led.begin(conference, config, start_ns, first_ns))
         for window in windows:
-            said = in_order([*window.said, *run(led.live(window))])
-            yield window._replace(said=said, damage=_both(window.damage, reader.damage))
-        yield window._replace(said=run(led.end()), damage=_both(window.damage, reader.damage))
+            messages = in_order([*window.messages, *run(led.live(window))])
+            yield window._replace(messages=messages, damage=_both(window.damage, reader.damage))
+        yield window._replace(messages=run(led.end()), damage=_both(window.damage, reader.damage))
 
 
 def with_world_alone(conference: Conference) -> Conference:
@@ -53,9 +53,9 @@ def _both(some: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*some, *others]))
 
 
-def write_said(writer: LogWriter, said: Iterable[Said]) -> None:
+def write_messages(writer: LogWriter, messages: Iterable[Published]) -> None:
     """Write messages down, in the order in which they are given."""
-    for at_ns, place, key, payload in said:
+    for at_ns, place, key, payload in messages:
         writer.write_packed(RECORDED[place], key, payload, at_ns)
 
 
@@ -65,7 +65,7 @@ class WorldAlone:
     async def begin(self, conference: Conference, config: world.Config, start_ns: int, first_ns: int) -> None:
         """The first step is about `first_ns`."""
         self._clock, self._network = LoopClock(start_ns), MemoryNetwork()
-        self._heard = Heard(self._network, self._clock)
+        self._heard = Listener(self._network, self._clock)
         self._conference = conference.name
         self._bus = self.bus("hub")
         self._running = [background.start(self._lead(config, first_ns), "world")]
@@ -78,9 +78,9 @@ class WorldAlone:
         await self._clock.sleep_until_ns(first_ns)
         await world.run(config, self._bus, self._clock)
 
-    async def live(self, window: Window) -> list[Said]:
+    async def live(self, window: Window) -> list[Published]:
         """What the world says up to the end of `window`."""
-        for at_ns, place, key, payload in window.said:
+        for at_ns, place, key, payload in window.messages:
             topic = RECORDED[place]
             if topic.delivery is Delivery.RELIABLE or self._network.wanted(topic):
                 if at_ns > self._clock.now_ns():
@@ -93,12 +93,12 @@ class WorldAlone:
                 task.result()
         return self._heard.take()
 
-    async def end(self) -> list[Said]:
+    async def end(self) -> list[Published]:
         """It ends, and may say so."""
         await ended(self._running)
         return self._heard.take()
 
 
-def in_order(said: Iterable[Said]) -> list[Said]:
+def in_order(messages: Iterable[Published]) -> list[Published]:
     """Messages by their times; those of one time by their topics, then as they were said."""
-    return sorted(said, key=lambda s: (s.at_ns, s.place))
+    return sorted(messages, key=lambda s: (s.at_ns, s.place))

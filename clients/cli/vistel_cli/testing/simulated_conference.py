@@ -30,8 +30,8 @@ from vistel.wire.memory_bus import MemoryBus
 from vistel.wire.simulated_loop import SimulatedLoop
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.fast_apart import can_be_apart, computed_apart
-from vistel_cli.log.fast_sites import WINDOW_NS, Said, Window
-from vistel_cli.log.fast_world import WorldAlone, in_order, with_world_alone, write_said
+from vistel_cli.log.fast_sites import WINDOW_NS, Published, Window
+from vistel_cli.log.fast_world import WorldAlone, in_order, with_world_alone, write_messages
 from vistel_cli.testing.simulated_sites import simulated_sites
 from vistel_services import posture, world
 from vistel_sim.faults import Fault, fault_from_text
@@ -53,7 +53,7 @@ class SimulatedConference:
             raise ValueError(f"simulated time: {', '.join(out)}: only simulated trackers and gloves at serial ports can take part")
         self._asked = 0
         self._now_ns = self._computed_ns = BEGIN_NS
-        self._waiting: deque[Said] = deque()
+        self._waiting: deque[Published] = deque()
         with ExitStack() as ends:
             folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="vistel-")))
             paths = RunPaths(folder, folder)
@@ -97,10 +97,10 @@ class SimulatedConference:
         while self._now_ns < until_ns:
             self._now_ns = min(self._now_ns + WINDOW_NS, until_ns)
             self._compute(self._now_ns)
-            said: list[Said] = []
+            messages: list[Published] = []
             while self._waiting and self._waiting[0].at_ns <= self._now_ns:
-                said.append(self._waiting.popleft())
-            self._write([*said, *self._runner.run(self._world.live(Window(self._now_ns, said, 0, ())))])
+                messages.append(self._waiting.popleft())
+            self._write([*messages, *self._runner.run(self._world.live(Window(self._now_ns, messages, 0, ())))])
         self._writer.flush()
 
     def live_until(self, condition: Callable[[], bool], what: str, *, within_s: float = 60.0) -> None:
@@ -129,7 +129,7 @@ class SimulatedConference:
         """What the sites say is known up to `until_ns`."""
         while self._computed_ns < until_ns:
             window = next(self._sites)
-            self._waiting.extend(window.said)
+            self._waiting.extend(window.messages)
             self._computed_ns = window.until_ns
 
     async def _begin(self, config: world.Config) -> dict[str, MemoryBus]:
@@ -142,8 +142,8 @@ class SimulatedConference:
     def _end_world(self) -> None:
         self._write(self._runner.run(self._world.end()))
 
-    def _write(self, said: Iterable[Said]) -> None:
-        write_said(self._writer, in_order(said))
+    def _write(self, messages: Iterable[Published]) -> None:
+        write_messages(self._writer, in_order(messages))
 
 
 def _on_a_wire(device: Device) -> bool:

@@ -4,16 +4,16 @@ A grammar also has sentences that are not ("all the box", "a orange ring"): peop
 understood. Examples, which people read, should be sentences that people would write.
 """
 
-from vistel.speech.grammar import Said
+from vistel.speech.grammar import Sentence
 
 _VOWELS = tuple("aeiou")
 
 
-def is_good_english(said: Said) -> bool:
+def is_good_english(sentence: Sentence) -> bool:
     """Whether the articles, plurals and words of degree of an English sentence go together."""
     every = False
-    followers = [*(w.written for w in said.words[1:]), ""]
-    for word, follower in zip(said.words, followers, strict=True):
+    followers = [*(w.written for w in sentence.words[1:]), ""]
+    for word, follower in zip(sentence.words, followers, strict=True):
         tags = {name.rpartition(".")[2] for name, _ in word.means}
         if "every" in tags:
             every = True

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --
     import random
 
     from vistel.arrays import F32
-    from vistel.speech.grammar import Grammar, Language, Said
+    from vistel.speech.grammar import Grammar, Language, Sentence
     from vistel.speech.recognition import Hypothesis, Recogniser
     from vistel_services.audio.inputs import CardInput
 
@@ -98,7 +98,7 @@ def grammar(
         raise typer.Exit(FAILED)
 
 
-def _example(known: Grammar, tongue: Language, rng: random.Random) -> Said:
+def _example(known: Grammar, tongue: Language, rng: random.Random) -> Sentence:
     """A sentence at random, as people would write it where there is one."""
     from vistel_cli.voice.good_english import is_good_english
 
@@ -110,15 +110,15 @@ def _example(known: Grammar, tongue: Language, rng: random.Random) -> Said:
 def _show_meaning(known: Grammar, text: str) -> None:
     from vistel.speech.meaning import MeaningError, asked_for
 
-    said = known.read(text)
-    if said is None:
+    sentence = known.read(text)
+    if sentence is None:
         fail(f"{text}: no sentence of the grammar", FAILED)
     try:
-        wanted: Any = asked_for(said.means)
+        wanted: Any = asked_for(sentence.means)
     except MeaningError as e:
         fail(f"{text}: {e}", FAILED)
-    out.print(said.text if said.spoken == said.text else f"{said.text}  ({said.spoken})")
-    out.print(", ".join(f"{k} = {v}" for k, v in said.means.items()))
+    out.print(sentence.text if sentence.spoken == sentence.text else f"{sentence.text}  ({sentence.spoken})")
+    out.print(", ".join(f"{k} = {v}" for k, v in sentence.means.items()))
     out.print(f"{type(wanted).__name__}: {', '.join(f'{f.name} {_in_words(getattr(wanted, f.name))}' for f in fields(wanted))}")
 
 
@@ -126,8 +126,8 @@ def _in_words(value: Any) -> str:
     """A value of an action. Of which things are meant: what is said of them, in brackets."""
     if not is_dataclass(value):
         return str(value.value if isinstance(value, Enum) else value)
-    said = [f"{f.name} {_in_words(v)}" for f in fields(value) if (v := getattr(value, f.name)) != f.default]
-    return f"({', '.join(said) or 'this'})"
+    parts = [f"{f.name} {_in_words(v)}" for f in fields(value) if (v := getattr(value, f.name)) != f.default]
+    return f"({', '.join(parts) or 'this'})"
 
 
 @app.command("try")
@@ -172,16 +172,16 @@ def try_(
 
 def _show(known: Grammar, tongue: Language, heard: tuple[Hypothesis, ...], accept: float) -> None:
     best = heard[0]
-    said = known.said(best.words, tongue) if best.words else None
+    sentence = known.sentence(best.words, tongue) if best.words else None
     when = f"{best.start_s:6.2f}–{best.end_s:.2f} s"
-    if said is None:
+    if sentence is None:
         out.print(Text.assemble(f"{when}  ", ("no command", "yellow")))
         return
     mark = ("✓", "green") if best.confidence >= accept else ("?", "yellow")
-    means = ", ".join(f"{k} = {v}" for k, v in said.means.items())
-    out.print(Text.assemble(f"{when}  ", mark, " ", (said.text, "bold"), f"  {best.confidence:.2f}  ", (means, "dim")))
+    means = ", ".join(f"{k} = {v}" for k, v in sentence.means.items())
+    out.print(Text.assemble(f"{when}  ", mark, " ", (sentence.text, "bold"), f"  {best.confidence:.2f}  ", (means, "dim")))
     for other in heard[1:3]:
-        also = known.said(other.words, tongue)
+        also = known.sentence(other.words, tongue)
         if also is not None:
             out.print(f"{'':16}  or {also.text}  {other.confidence:.2f}", style="dim")
 
@@ -297,15 +297,17 @@ def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, acc
     from vistel.speech.meaning import asked_for
 
     text = _text_of(path)
-    said = known.read(text) or known.read(re.sub(r"[ 0-9]+$", "", text))
+    meant = known.read(text) or known.read(re.sub(r"[ 0-9]+$", "", text))
     heard = max(_understood(path, hears), key=lambda h: h[0].confidence, default=None)
     best = heard[0] if heard else None
-    understood = known.said(best.words, tongue) if best and best.words else None
+    understood = known.sentence(best.words, tongue) if best and best.words else None
     confidence = best.confidence if best and understood else 0.0
     accepted = confidence >= accept
-    same = understood is not None and said is not None and asked_for(understood.means) == asked_for(said.means)
-    right = same if said is not None else not accepted
-    return Score(path.name, said.text if said else "", understood.text if understood else "", round(confidence, 3), right, accepted)
+    same = understood is not None and meant is not None and asked_for(understood.means) == asked_for(meant.means)
+    right = same if meant is not None else not accepted
+    return Score(
+        path.name, meant.text if meant else "", understood.text if understood else "", round(confidence, 3), right, accepted
+    )
 
 
 @app.command()
@@ -336,23 +338,23 @@ def enrol(
 
     tongue = _language(language)
     known, _ = checked_grammar()
-    said = _recorded(recordings, known, tongue) if recordings is not None else _read_aloud(known, tongue, microphone, sentences)
+    spoken = _recorded(recordings, known, tongue) if recordings is not None else _read_aloud(known, tongue, microphone, sentences)
     try:
         model = acoustic.packaged(NAMES[tongue].lower())
-        with_phones = [(sound, text_phones(tongue, text)) for sound, text in said]
+        with_phones = [(sound, text_phones(tongue, text)) for sound, text in spoken]
         learnt = enrolment.adapt(model, with_phones, tell=lambda line: out.print(line, style="dim"))
         result.parent.mkdir(parents=True, exist_ok=True)
         enrolment.save(enrolment.Voice(tongue, learnt), result)
     except (OSError, ValueError, EngineError) as e:
         fail(str(e), FAILED)
-    out.print(f"{result}: learnt from {len(said)} recordings")
+    out.print(f"{result}: learnt from {len(spoken)} recordings")
 
 
 def _recorded(folder: Path, known: Grammar, tongue: Language) -> list[tuple[F32, str]]:
     """Sounds at 16 kHz with their texts, in kana or English. Recordings with another text are listed and left out."""
     from vistel.speech.recognisers import NAMES
 
-    said: list[tuple[F32, str]] = []
+    spoken: list[tuple[F32, str]] = []
     for path in sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []:
         text = _text_of(path)
         read = known.read(text)
@@ -360,10 +362,10 @@ def _recorded(folder: Path, known: Grammar, tongue: Language) -> list[tuple[F32,
             fault = f"{path.name}: {text!r} is no {NAMES[tongue]} sentence of the grammar; left out"
             out.print(fault, style="yellow", soft_wrap=True)
             continue
-        said.append((_sound_of(path), read.spoken))
-    if not said:
+        spoken.append((_sound_of(path), read.spoken))
+    if not spoken:
         fail(f"{folder}: holds no recordings of {NAMES[tongue]} sentences ({', '.join(SOUNDS)})")
-    return said
+    return spoken
 
 
 def _read_aloud(known: Grammar, tongue: Language, microphone: str, count: int) -> list[tuple[F32, str]]:
@@ -375,7 +377,7 @@ def _read_aloud(known: Grammar, tongue: Language, microphone: str, count: int) -
     from vistel_services.audio.inputs import CardInput
 
     rng = random.Random(1)
-    said: list[tuple[F32, str]] = []
+    spoken: list[tuple[F32, str]] = []
     try:
         with contextlib.closing(CardInput(microphone, SystemClock())) as card:  # open all the time: opening takes a second
             for n in range(count):
@@ -383,10 +385,10 @@ def _read_aloud(known: Grammar, tongue: Language, microphone: str, count: int) -
                 as_kana = sentence.spoken if tongue == "ja" else ""
                 out.print(Text.assemble(f"{n + 1:3}/{count}  ", (sentence.text, "bold"), "  ", (as_kana, "dim")))
                 typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
-                said.append((_recorded_for(card, 1.5 + _LETTER_S[tongue] * len(sentence.spoken)), sentence.spoken))
+                spoken.append((_recorded_for(card, 1.5 + _LETTER_S[tongue] * len(sentence.spoken)), sentence.spoken))
     except SoundDeviceError as e:
         fail(str(e), FAILED)
-    return said
+    return spoken
 
 
 def _recorded_for(card: CardInput, seconds: float) -> F32:

@@ -32,7 +32,7 @@ _Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0
 
 def _placed(source: SourceMesh) -> Upright:
     known = mapped(source.rig)
-    return upright(source.points, left=known.left(), head=known.head(), told=(source.unit, source.up))
+    return upright(source.points, left=known.left(), head=known.head(), stated=(source.unit, source.up))
 
 
 def _stands(source: SourceMesh) -> None:

@@ -60,7 +60,7 @@ def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence
     """A frame that refers to nothing: everything at one step."""
     out = BitWriter()
     out.flag(True)
-    _write_said(out, ChangedLists(True, True))
+    _write_lists(out, ChangedLists(True, True))
     out.count(len(poses), 5)
     book.tracks = [Track() for _ in poses]
     chosen = frozenset(moving)
@@ -73,11 +73,11 @@ def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence
     return out.to_bytes()
 
 
-def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, TouchCode], said: ChangedLists) -> bytes:
+def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, TouchCode], lists: ChangedLists) -> bytes:
     """A frame of one or more steps that refers to the frame before. When people are said, touches begin anew."""
     out = BitWriter()
     out.flag(False)
-    _write_said(out, said)
+    _write_lists(out, lists)
     before = book.step
     moved = {number for now in steps for number, pose in now.poses.items() if pose != book.tracks[number].pose}
     moving = frozenset(moved) | {n for n in book.moving if book.tracks[n].still < STILL_STEPS}
@@ -96,17 +96,17 @@ def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Tou
         for n in book.moving:
             track = book.tracks[n]
             track.write(out, now.poses.get(n, track.pose))
-    if said.people:
+    if lists.people:
         book.touches = {}
     changed = write_touches(out, book.touches, touches, MOST_TOUCHES)
-    book.step, book.touches_changed = before, changed or said.people
+    book.step, book.touches_changed = before, changed or lists.people
     return out.to_bytes()
 
 
 def _write_some(out: BitWriter, book: Book, poses: Mapping[int, GridPose], last: Mapping[int, GridPose]) -> None:
     """A step in which more move than are told of: the numbers of those that are, where they are, and whether they have come to
     lie since `last`, the step before."""
-    told: dict[int, str] = {}
+    chosen: dict[int, str] = {}
     left = STEP_BITS
     for n in _most_wrong_first(book, poses):
         track, one = book.tracks[n], BitWriter()
@@ -116,16 +116,16 @@ def _write_some(out: BitWriter, book: Book, poses: Mapping[int, GridPose], last:
         one.flag(lies)
         if lies:
             track.begin()
-        told[n] = one.bits
-        left -= len(told[n])
+        chosen[n] = one.bits
+        left -= len(chosen[n])
         if left <= 0:
             break
-    out.count(len(told))
-    at, order = -1, _gap_order(book, len(told))
+    out.count(len(chosen))
+    at, order = -1, _gap_order(book, len(chosen))
     for place, n in enumerate(book.moving):
-        if n in told:
+        if n in chosen:
             out.count(place - at - 1, order)
-            out.coded(told[n])
+            out.coded(chosen[n])
             at = place
         else:
             book.tracks[n].go_on()
@@ -137,16 +137,16 @@ def _most_wrong_first(book: Book, poses: Mapping[int, GridPose]) -> list[int]:
     return sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))
 
 
-def _gap_order(book: Book, told: int) -> int:
+def _gap_order(book: Book, chosen: int) -> int:
     """Order of the code for how many lie between two that are told of."""
-    return max(0, (len(book.moving) // max(1, told)).bit_length() - 1)
+    return max(0, (len(book.moving) // max(1, chosen)).bit_length() - 1)
 
 
 def write_book(book: Book) -> bytes:
     """A frame that refers to nothing and changes nothing: all that both ends know, so that somebody else can go on from it."""
     out = BitWriter()
     out.flag(True)
-    _write_said(out, ChangedLists(False, True))
+    _write_lists(out, ChangedLists(False, True))
     out.count(len(book.tracks), 5)
     moving = frozenset(book.moving)
     for number, track in enumerate(book.tracks):
@@ -164,8 +164,8 @@ def read_key(data: bytes, step: int) -> tuple[Book, ChangedLists]:
     """A key frame of a step. Raises FrameError."""
     bits = BitReader(data)
     bits.flag()
-    said = _read_said(bits)
-    everything = not said.people  # as write_book says it; a key frame always says people
+    lists = _read_lists(bits)
+    everything = not lists.people  # as write_book says it; a key frame always says people
     count = bits.count(5)
     if count > MOST_THINGS or count > bits.left:
         raise FrameError("a frame names more things than it holds")
@@ -191,7 +191,7 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[RoomStep], 
     change where it goes on from another step, else with the book half changed."""
     bits = BitReader(data)
     bits.flag()
-    said = _read_said(bits)
+    lists = _read_lists(bits)
     some, gaps = _read_steps(bits)
     if newest - sum(gaps) != book.step:
         raise FrameError(f"a frame goes on from step {newest - sum(gaps)}, known is {book.step}")
@@ -206,10 +206,10 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[RoomStep], 
             for n in book.moving:
                 book.tracks[n].read(bits)
         steps.append(RoomStep(book.step, {n: book.tracks[n].pose for n in book.moving}))
-    if said.people:
+    if lists.people:
         book.touches = {}
-    book.touches_changed = read_touches(bits, book.touches) or said.people
-    return steps, said
+    book.touches_changed = read_touches(bits, book.touches) or lists.people
+    return steps, lists
 
 
 def _read_some(bits: BitReader, book: Book) -> None:
@@ -242,12 +242,12 @@ def _read_steps(bits: BitReader) -> tuple[bool, list[int]]:
     return some, [bits.count() + 1 for _ in range(count)]
 
 
-def _write_said(out: BitWriter, said: ChangedLists) -> None:
-    out.flag(said.people)
-    out.flag(said.grasps)
+def _write_lists(out: BitWriter, lists: ChangedLists) -> None:
+    out.flag(lists.people)
+    out.flag(lists.grasps)
 
 
-def _read_said(bits: BitReader) -> ChangedLists:
+def _read_lists(bits: BitReader) -> ChangedLists:
     return ChangedLists(bits.flag(), bits.flag())
 
 
