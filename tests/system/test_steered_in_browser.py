@@ -141,7 +141,7 @@ async def steer(tab: Page, run: Running, up: psutil.Process) -> None:
     await until(lambda: len(pids("lab/capture", up) - capture) == 1, "another process of the site")
     await tab.until(f"{row('lab/capture')}?.innerText.includes('runs')")
     await tab.value(
-        "Object.assign(document.querySelector('.filters input'), { value: 'event=told' }).dispatchEvent(new Event('input'))"
+        "Object.assign(document.querySelector('.filters input'), { value: 'event=host_request' }).dispatchEvent(new Event('input'))"
     )
     await tab.until("document.querySelector('.loglines')?.innerText.includes('restarting process=lab/capture')")
 

@@ -120,7 +120,7 @@ class ConferenceRun:
         from vistel_cli.faults.effects import Struck  # loads simulated links
         from vistel_cli.faults.links import endpoint_of
         from vistel_cli.faults.striker import Striker
-        from vistel_cli.run.told import Told
+        from vistel_cli.run.host_requests import HostRequests
         from vistel_services.process.monitoring import monitored  # loads an HTTP server
 
         bus = await connect(conference, HUB, clock, endpoint)
@@ -142,7 +142,7 @@ class ConferenceRun:
         background.start(Restarts(supervisor, tell).watch(), "restarts")
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
         striker = Striker(struck, bus)
-        told = Told(supervisor, links, bus, events.add)
+        host_requests = HostRequests(supervisor, links, bus, events.add)
         started = time.monotonic()
         lead_to(self.out)
         running = _running(conference, self.source, endpoint, paths)
@@ -162,7 +162,7 @@ class ConferenceRun:
                 out.print("stopping …")
             with waiting(ENDING, silent_s=1.0):
                 await striker.mend()
-                await told.end()
+                await host_requests.end()
                 codes = await supervisor.stop(self.at_once)
                 await bus.close()
                 if struck.router:

@@ -1,4 +1,4 @@
-"""Starts, stops and restarts the processes of a run of `vistel up`, as the host tells it over the bus, and tells of them."""
+"""Starts, stops and restarts the processes of a run of `vistel up` as the host asks over the bus, and answers what runs."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ log = logging.getLogger("vistel.supervisor")
 CONSOLE = f"{HUB}/console"
 """Where the host sits: one that is stopped could not be started again."""
 RECORDERS = (f"{HUB}/recorder", f"{HUB}/record")
-"""What writes who ended it into the log that ends: it is halted once that has been said."""
-SAID_S = 3.0
-"""How long the console may take to say it [s]."""
+"""What writes who ended it into the log that ends: it is halted once that has been recorded."""
+RECORDED_S = 3.0
+"""How long that may take [s]."""
 _DOING = {RunRequest.ACTION_START: "starting", RunRequest.ACTION_STOP: "stopping", RunRequest.ACTION_RESTART: "restarting"}
 
 
-class Told:
+class HostRequests:
     """Answers the console for one run."""
 
-    def __init__(self, supervisor: Supervisor, links: Links, bus: Bus, tell: Callable[[str], None]) -> None:
-        """links: of sites, empty where none are simulated; tell: tells who sees the terminal what is done."""
-        self._supervisor, self._links, self._tell = supervisor, links, tell
+    def __init__(self, supervisor: Supervisor, links: Links, bus: Bus, show: Callable[[str], None]) -> None:
+        """links: of sites, empty where none are simulated; show: shows a line in the terminal."""
+        self._supervisor, self._links, self._show = supervisor, links, show
         self._under_way: dict[str, asyncio.Task[None]] = {}
-        self._said = {name: asyncio.Event() for name in RECORDERS}
-        self._listening = background.start(self._listen(bus.subscribe(BY_NAME["host_action"])), "told acts")
+        self._recorded = {name: asyncio.Event() for name in RECORDERS}
+        self._listening = background.start(self._listen(bus.subscribe(BY_NAME["host_action"])), "host acts")
         bus.serve(BY_NAME["run"], self.answer)
 
     def answer(self, request: bytes) -> RunReply:
@@ -51,11 +51,11 @@ class Told:
             reply.refused = self._objection(asked)
             if not reply.refused:
                 reply.done = f"{_DOING[asked.action]} {asked.process}"
-                log.warning("event=told by=%r action=%s process=%s", asked.by, _DOING[asked.action], asked.process)
-                self._tell(f"host: {reply.done}")
-                if asked.process in self._said:
-                    self._said[asked.process].clear()
-                self._under_way[asked.process] = background.start(self._do(asked), f"told {asked.process}")
+                log.warning("event=host_request by=%r action=%s process=%s", asked.by, _DOING[asked.action], asked.process)
+                self._show(f"host: {reply.done}")
+                if asked.process in self._recorded:
+                    self._recorded[asked.process].clear()
+                self._under_way[asked.process] = background.start(self._do(asked), f"host request {asked.process}")
         reply.processes.extend(
             RunProcess(name=name, state=self._state(name, child), restarts=child.restarts)
             for name, child in self._supervisor.children.items()
@@ -84,9 +84,9 @@ class Told:
     async def _do(self, asked: RunRequest) -> None:
         try:
             if asked.action != RunRequest.ACTION_START:
-                if asked.process in self._said:  # the console says so after it is answered
+                if asked.process in self._recorded:  # the console publishes it after it is answered
                     with contextlib.suppress(TimeoutError):
-                        await asyncio.wait_for(self._said[asked.process].wait(), SAID_S)
+                        await asyncio.wait_for(self._recorded[asked.process].wait(), RECORDED_S)
                 await self._supervisor.halt(asked.process)
             if asked.action != RunRequest.ACTION_STOP:
                 await self._supervisor.resume(asked.process)
@@ -97,8 +97,8 @@ class Told:
 
     async def _listen(self, acts: Subscription) -> None:
         async for act in acts:
-            if act.message.text in self._said:
-                self._said[act.message.text].set()
+            if act.message.text in self._recorded:
+                self._recorded[act.message.text].set()
 
     def _state(self, name: str, child: Child) -> RunProcess.State:
         if child.halted and child.pid is not None:

@@ -16,7 +16,7 @@ from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_cli.run.told import Told
+from vistel_cli.run.host_requests import HostRequests
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 WAIT = "import signal, sys; signal.signal(signal.SIGTERM, lambda *_: sys.exit(0)); print('up', flush=True); signal.pause()"
@@ -56,7 +56,7 @@ def play(folder: Path, body: Callable[[Scene], Awaitable[None]]) -> None:
         supervisor = Supervisor([ProcessSpec(name, (sys.executable, "-c", WAIT), grace_s=20.0) for name in NAMES], folder)
         said: list[str] = []
         async with background.service("up"):
-            told = Told(supervisor, {}, network.bus("c", "hub", clock), said.append)
+            told = HostRequests(supervisor, {}, network.bus("c", "hub", clock), said.append)
             await supervisor.start()
             for name in NAMES:  # they know what to do when they are told to end
                 await until(lambda name=name: "up" in supervisor.log_file(name).read_text(), name)
@@ -90,7 +90,7 @@ def test_a_process_stops_until_it_is_started_and_the_others_go_on(tmp_path: Path
 
 
 def test_a_recorder_is_ended_once_it_can_have_recorded_who_ended_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vistel_cli.run.told.SAID_S", 600.0)
+    monkeypatch.setattr("vistel_cli.run.host_requests.RECORDED_S", 600.0)
 
     async def body(scene: Scene) -> None:
         assert (await scene.tell(RunRequest.ACTION_STOP, "hub/recorder")).done
@@ -141,7 +141,7 @@ def test_one_order_of_a_process_at_a_time(tmp_path: Path) -> None:
 
 def test_no_bytes_at_all_are_more_than_refused(tmp_path: Path) -> None:
     async def body(_: Scene) -> None:
-        told = Told(Supervisor([], tmp_path), {}, MemoryNetwork().bus("c", "hub", SystemClock()), print)
+        told = HostRequests(Supervisor([], tmp_path), {}, MemoryNetwork().bus("c", "hub", SystemClock()), print)
         assert told.answer(b"\xff\xff\xff").refused == "no request for a process"
 
     play(tmp_path, body)
