@@ -120,14 +120,14 @@ class PointerCapture:
         self._hands = {s: _Hand(self._lap(s)) for s in SIDES}
         self._camera, self._headset = CameraBody(skeleton, self._base), Headset(build, self._base)
         self._look, self._trunk = Spring(np.array([0.0, -0.15])), Spring(np.zeros(3))
-        self._said = PointerFrame()
-        self._said_ns = self._begun_ns = self._t_ns = 0
+        self._frame = PointerFrame()
+        self._frame_ns = self._begun_ns = self._t_ns = 0
 
     def take(self, frame: PointerFrame) -> None:
         """What the page says the guest does."""
-        if frame.gesture_number != self._said.gesture_number:
+        if frame.gesture_number != self._frame.gesture_number:
             self._begun_ns = frame.header.t_ns
-        self._said, self._said_ns = frame, frame.header.t_ns
+        self._frame, self._frame_ns = frame, frame.header.t_ns
 
     def see(self, frame: CameraBodyFrame | HeadsetFrame) -> None:
         """What the page's camera sees of the guest, or their headset measures."""
@@ -141,20 +141,20 @@ class PointerCapture:
         dt = min(0.1, (t_ns - self._t_ns) * 1e-9) if self._t_ns else 0.0
         self._t_ns = t_ns
         t_s = t_ns * 1e-9 % 86_400.0 + self._phase
-        said = self._said if t_ns - self._said_ns < AWAY_S * 1e9 else PointerFrame(head_pitch=-0.2)
-        made = gesturing(self._said.gesture, (t_ns - self._begun_ns) * 1e-9, _direction(said.head_yaw, said.head_pitch))
-        wanted = np.array([said.head_yaw, said.head_pitch])
+        frame = self._frame if t_ns - self._frame_ns < AWAY_S * 1e9 else PointerFrame(head_pitch=-0.2)
+        made = gesturing(self._frame.gesture, (t_ns - self._begun_ns) * 1e-9, _direction(frame.head_yaw, frame.head_pitch))
+        wanted = np.array([frame.head_yaw, frame.head_pitch])
         yaw, pitch = self._look.follow(wanted, dt, HEAD_RATE) + made.head + _sway(t_s, 0.010)
         aims: dict[str, HandAim] = {}
-        for s, led in (("left", said.left), ("right", said.right)):
+        for s, led in (("left", frame.left), ("right", frame.right)):
             aim = made.hands.get(s)
             aim = self._lap(s) if aim is None else HandAim(aim.palm * self._scale, aim.rotation, aim.fingers)
-            pointed = said.HasField(s)
+            pointed = frame.HasField(s)
             aim = self._led(s, led) if pointed else aim if s in made.hands else self._leaving(s, aim)
             aims[s] = self._hands[s].follow(aim, dt, made.share if s in made.hands and not pointed else 0.0)
             if not pointed:
                 self._hands[s].closing = False
-        busy = frozenset(f"{s}_{part}" for s in SIDES if said.HasField(s) or s in made.hands for part in ("hand", "fingers"))
+        busy = frozenset(f"{s}_{part}" for s in SIDES if frame.HasField(s) or s in made.hands for part in ("hand", "fingers"))
         seen = self._camera.at(t_ns, dt, busy) | self._headset.at(t_ns, dt, busy)
         wrists = {s: aim.palm - aim.rotation @ self._palm(s) for s, aim in aims.items()}
         turn = np.array([0.0, (1.0 - HEAD_SHARE) * yaw, 0.0])

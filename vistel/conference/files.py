@@ -25,18 +25,18 @@ DEMO_FILE = Path(__file__).with_name("demo.toml")
 def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     """Read and check a conference file. room_elsewhere: the room's file may be missing here because the world's site has it; then
     the seats are not known. Raises ConferenceError."""
-    told = toml.read(path, ConferenceError)
-    conference = _with_room_kept(_with_files(told.checked(Conference, ConferenceError), path.parent), path)
+    source_file = toml.read(path, ConferenceError)
+    conference = _with_room_kept(_with_files(source_file.checked(Conference, ConferenceError), path.parent), path)
     room = conference.room.file
     try:
         if room is not None and (room.is_file() or not room_elsewhere):
             conference = with_seats(conference)
     except ValidationError as e:
-        raise ConferenceError(told.told(faults_of(e, Conference, told.tables))) from e
+        raise ConferenceError(source_file.described(faults_of(e, Conference, source_file.tables))) from e
     except ConferenceError as e:
-        raise ConferenceError(told.told(str(e).splitlines())) from e
+        raise ConferenceError(source_file.described(str(e).splitlines())) from e
     if faults := _room_faults(conference):
-        raise ConferenceError(told.told(faults))
+        raise ConferenceError(source_file.described(faults))
     return conference
 
 

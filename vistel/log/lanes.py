@@ -114,7 +114,7 @@ class Lanes:
         elif topic == "device_status":
             self._device(record.message, t)
         elif topic in SAID:
-            self._said(record, t)
+            self._note_event(record, t)
         else:
             for now in self._world.take(record):
                 # Who sits touches a chair all along.
@@ -150,20 +150,20 @@ class Lanes:
         bad = message.state not in (DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_STARTING, DeviceStatus.STATE_ABSENT)
         bad = bad and not is_being_started(message, self._simulated, t)
         if bad and before != message.state and len(self._faults) < MOST_EVENTS:
-            said = cause(message) or DeviceStatus.State.Name(message.state).removeprefix("STATE_").lower()
-            self._faults.append((t, f"{message.device}: {said}"))
+            cause_text = cause(message) or DeviceStatus.State.Name(message.state).removeprefix("STATE_").lower()
+            self._faults.append((t, f"{message.device}: {cause_text}"))
 
-    def _said(self, record: LogRecord, t: float) -> None:
+    def _note_event(self, record: LogRecord, t: float) -> None:
         if len(self._events) >= MOST_EVENTS:
             self._left_out += 1
             return
         kind, message = record.topic.name, record.message
-        told = {
+        texts = {
             "utterance": lambda: message.text,
             "command": lambda: command_text(message),
             "button": lambda: f"{message.thing} {'pressed' if message.pressed else 'released'}",
         }
-        text = told.get(kind, lambda: "a bond tore")()
+        text = texts.get(kind, lambda: "a bond tore")()
         who = message.participant if kind == "button" else record.names.get("participant", "")
         self._events.append({"t": round(t, 3), "kind": kind, "who": who, "text": text[:200]})
 

@@ -52,12 +52,12 @@ class Fault:
     """What is wrong at a place of the tables."""
 
     place: Place
-    said: str
+    text: str
 
     def __str__(self) -> str:
-        key = named(self.said)
+        key = named(self.text)
         inner = bool(key) and str(key[0]).islower()  # it names the key within the table itself
-        return f"{written(self.place)}{'.' if inner else ': '}{self.said}" if self.place else self.said
+        return f"{written(self.place)}{'.' if inner else ': '}{self.text}" if self.place else self.text
 
 
 def faults_of(error: ValidationError, model: type[BaseModel], tables: Mapping[str, Any]) -> list[Fault]:
@@ -67,18 +67,18 @@ def faults_of(error: ValidationError, model: type[BaseModel], tables: Mapping[st
     meant: set[Place] = set()
     for e in found:
         place = _place(e["loc"], tables, missing=e["type"] == "missing")
-        fault = Fault(place, _said(e, place, model, tables))
+        fault = Fault(place, _text_of(e, place, model, tables))
         faults[fault] = None
-        if _MEANT in fault.said:
-            meant.add((*place[:-1], fault.said.partition(_MEANT)[2].rstrip("?")))
-    return _merged([f for f in faults if not (f.said == _MISSING and f.place in meant)])
+        if _MEANT in fault.text:
+            meant.add((*place[:-1], fault.text.partition(_MEANT)[2].rstrip("?")))
+    return _merged([f for f in faults if not (f.text == _MISSING and f.place in meant)])
 
 
 def _merged(faults: list[Fault]) -> list[Fault]:
     """One fault where a value fits none of several types."""
     expected: dict[tuple[Place, str], list[str]] = {}
     for fault in faults:
-        head, _, tail = fault.said.partition("expected ")
+        head, _, tail = fault.text.partition("expected ")
         expected.setdefault((fault.place, head), []).append(tail)
     return [
         Fault(place, head + ("expected " if any(tails) else "") + ", or ".join(dict.fromkeys(tails)))
@@ -105,7 +105,7 @@ def _place(loc: tuple[int | str, ...], tables: Mapping[str, Any], *, missing: bo
     return place
 
 
-def _said(fault: Any, place: Place, model: type[BaseModel], tables: Mapping[str, Any]) -> str:
+def _text_of(fault: Any, place: Place, model: type[BaseModel], tables: Mapping[str, Any]) -> str:
     kind, given, found = str(fault["type"]), dict[str, Any](fault.get("ctx", {})), fault.get("input")
     if kind == "extra_forbidden":
         keys, key = _keys(model, place[:-1], tables), place[-1]

@@ -40,15 +40,15 @@ class TomlFile:
         try:
             return model.model_validate(self.tables)
         except ValidationError as e:
-            raise error(self.told(faults_of(e, model, self.tables))) from e
+            raise error(self.described(faults_of(e, model, self.tables))) from e
 
-    def told(self, faults: Iterable[Fault | str]) -> str:
+    def described(self, faults: Iterable[Fault | str]) -> str:
         """One line for each fault: FILE:LINE: KEY: what was expected. A fault that is text begins with its key."""
-        return "\n".join(dict.fromkeys(self._told(f) for f in faults))
+        return "\n".join(dict.fromkeys(self._described(f) for f in faults))
 
-    def _told(self, fault: Fault | str) -> str:
+    def _described(self, fault: Fault | str) -> str:
         fault = Fault((), fault) if isinstance(fault, str) else fault
-        line = self.line(fault.place, fault.said)
+        line = self.line(fault.place, fault.text)
         return f"{self.source}{f':{line}' if line else ''}: {fault}"
 
     def line(self, place: Place, text: str = "") -> int | None:

@@ -227,7 +227,7 @@ class LogReader:
                 if size > index.walked:
                     walk_on(file, size, index)
         except OSError as e:
-            self._tell(f"cannot be read any more: {e.strerror}")
+            self._damaged(f"cannot be read any more: {e.strerror}")
         new = index.chunks[before:]
         self.begin_ns = min((c.begin_ns for c in new), default=self.begin_ns) if before == 0 else self.begin_ns
         self.end_ns = self._believed(max([self.end_ns, *(c.end_ns for c in new)]))
@@ -326,14 +326,14 @@ class LogReader:
 
     def _lack(self, place: ChunkPlace, why: str) -> None:
         at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
-        self._tell(f"a chunk at byte {place.offset} is broken ({why}): messages from {at:.3f} s to {until:.3f} s are missing")
+        self._damaged(f"a chunk at byte {place.offset} is broken ({why}): messages from {at:.3f} s to {until:.3f} s are missing")
 
     def _topic_of(self, key: str) -> tuple[Topic, str, dict[str, str]] | None:
         for topic in TOPICS:
             names = topic.match(key)
             if names is not None:
                 return topic, key, names
-        self._tell(f"channel {shown(key)} is not in this version's table of topics; it is left out")
+        self._damaged(f"channel {shown(key)} is not in this version's table of topics; it is left out")
         return None
 
     def _decode(self, topic: Topic, key: str, record: McapMessage) -> Any | None:
@@ -341,19 +341,19 @@ class LogReader:
         most, short = self._bounds.get(topic.name) or self._bounds_of(topic)
         size = len(record.data)
         if size > most:
-            self._tell(f"channel {key} holds messages of more than {most} bytes; they are left out")
+            self._damaged(f"channel {key} holds messages of more than {most} bytes; they are left out")
             return None
         try:
             message.ParseFromString(record.data)
         except DecodeError:
-            self._tell(f"channel {key} holds messages that are no {topic.message.DESCRIPTOR.name}; they are left out")
+            self._damaged(f"channel {key} holds messages that are no {topic.message.DESCRIPTOR.name}; they are left out")
             return None
         if size > short and (reason := objection_to_texts(message)):
-            self._tell(f"channel {key} holds messages whose {reason}; they are left out")
+            self._damaged(f"channel {key} holds messages whose {reason}; they are left out")
             return None
         version = getattr(message, "header").version  # noqa: B009
         if version != MESSAGE_VERSION:
-            self._tell(f"channel {key} has messages of version {version}, this is {MESSAGE_VERSION}; they are left out")
+            self._damaged(f"channel {key} has messages of version {version}, this is {MESSAGE_VERSION}; they are left out")
             return None
         return message
 
@@ -368,17 +368,17 @@ class LogReader:
         try:
             return tomllib.loads(text) if text is not None else None
         except (ValueError, RecursionError) as e:
-            self._tell(f"the conference file inside is not valid TOML: {shown(str(e))}")
+            self._damaged(f"the conference file inside is not valid TOML: {shown(str(e))}")
             return None
 
     def _believed(self, end_ns: int) -> int:
         if end_ns - self.begin_ns <= MOST_LENGTH_NS:
             return end_ns
         days = (end_ns - self.begin_ns) / (24 * 3600e9)
-        self._tell(f"its times span {days:.0f} days; what is later than 31 days after its first message is left out")
+        self._damaged(f"its times span {days:.0f} days; what is later than 31 days after its first message is left out")
         return self.begin_ns + MOST_LENGTH_NS
 
-    def _tell(self, line: str) -> None:
+    def _damaged(self, line: str) -> None:
         if len(self.damage) < MOST_TOLD and line not in self.damage:
             self.damage.append(line if len(self.damage) < MOST_TOLD - 1 else "and more, which is not told")
 

@@ -56,7 +56,7 @@ class Feed:
         self.stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
-        self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
+        self._utterances = bus.subscribe(BY_NAME["utterance"], polled=True)
         crowd = conference.crowd
         self._sound = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=True, polled=True)
         self._near = ChosenSubscriptions(bus, BY_NAME["voice"], crowd)
@@ -89,8 +89,8 @@ class Feed:
         self._take()
         instant = self.stage.instant(now_ns)
         self._choose(instant, heard)
-        told = list(self._told(instant))
-        return instant, self._frame(instant), told
+        messages = list(self._messages(instant))
+        return instant, self._frame(instant), messages
 
     def look(self, now_ns: int) -> None:
         """Be where who sees `now_ns` is, and tell nothing."""
@@ -104,7 +104,7 @@ class Feed:
 
     def begin_again(self) -> None:
         """Time has leapt: forget who is where. What has been made of figures and things stays."""
-        for part in (self._about, self._motion, self._sound, self._said):
+        for part in (self._about, self._motion, self._sound, self._utterances):
             part.take()
         self._avatars.close()
         self._world.close()
@@ -125,7 +125,7 @@ class Feed:
 
     def close(self) -> None:
         """Receive no more."""
-        for part in (self._about, self._said, self._sound, self._near, self._motion, self._world):
+        for part in (self._about, self._utterances, self._sound, self._near, self._motion, self._world):
             part.close()
         for part in (self._avatars, self._furniture, self._assets, self.screens, self._forces, self._commands):
             part.close()
@@ -144,7 +144,7 @@ class Feed:
             )
         for now, received_ns in self._world.take():
             stage.receive_world(now, received_ns)
-        for sample in self._said.take():
+        for sample in self._utterances.take():
             stage.captions.receive(sample.message, sample.received_ns)
         for sample in (*self._sound.take(), *self._near.take()):
             self._voices.receive(sample.names["participant"], sample.message, sample.received_ns)
@@ -166,7 +166,7 @@ class Feed:
     def _changed(self) -> None:
         self._stale = True
 
-    def _told(self, now: Instant) -> Iterator[tuple[str, str]]:
+    def _messages(self, now: Instant) -> Iterator[tuple[str, str]]:
         people = tuple(p.about for p in now.people)
         if self._newcomers:
             self._newcomers = False

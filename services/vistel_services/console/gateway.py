@@ -84,16 +84,16 @@ class Gateway:
             while self._viewers or clock.now_ns() - left_ns < _LINGER_NS:
                 left_ns = clock.now_ns() if self._viewers else left_ns
                 numbers.take()
-                instant, frame, told = feed.step(clock.now_ns(), heard=any(viewer.hears for viewer in self._viewers))
+                instant, frame, messages = feed.step(clock.now_ns(), heard=any(viewer.hears for viewer in self._viewers))
                 if instant.now_ns - told_ns >= _NUMBERS_NS:
                     told_ns = instant.now_ns
                     now = numbers.now(instant.now_ns, instant.people)
-                    told.append(("numbers", json.dumps(now | {"kind": "numbers", "viewers": len(self._viewers)})))
+                    messages.append(("numbers", json.dumps(now | {"kind": "numbers", "viewers": len(self._viewers)})))
                 spoken, screens = feed.voices(instant), feed.screens.take()
                 for viewer in self._viewers:
                     viewer.put_voices(spoken)
                     viewer.put_screens(screens)
-                    for kind, words in told:
+                    for kind, words in messages:
                         viewer.put(kind, words)
                     viewer.put(FRAME, frame)
                 due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
@@ -111,11 +111,11 @@ class Gateway:
         viewer = Viewer(steers=request.get(STEERS, False))
         steered = self._steering.page(viewer.put, request.remote or "", steers=viewer.steers)
         with self.viewing(connection, viewer), steered as take:
-            async for said in connection:  # JSON of what steers, "hear" or anything else; how much it may be is limited
-                if isinstance(said.data, str) and said.data.startswith("{"):
-                    _REFUSED.inc(not take(said.data))
+            async for received in connection:  # JSON of what steers, "hear" or anything else; how much it may be is limited
+                if isinstance(received.data, str) and received.data.startswith("{"):
+                    _REFUSED.inc(not take(received.data))
                 else:
-                    viewer.hears = said.data == HEAR
+                    viewer.hears = received.data == HEAR
         return connection
 
     @contextlib.contextmanager

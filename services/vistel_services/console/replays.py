@@ -136,7 +136,7 @@ class _Visit:
         self._head = Playhead(self._reader.length_s)
         self._offset = usual_offset(self._reader, self._others[0]) if self._others else 0.0
         self._questions: Questions | None = None
-        self._said, self._at_ns = asyncio.Event(), clock.steady_ns()
+        self._heard, self._at_ns = asyncio.Event(), clock.steady_ns()
         hello: dict[str, Any] = {"kind": "hello", "conference": conference.name, "log": self._reader.path.name}
         hello |= {"end": self._head.end, "grows": self._reader.grows, "damage": self._reader.damage}
         hello |= {"path": str(self._reader.path), "people": [p.name for s in conference.sites for p in s.participants]}
@@ -148,9 +148,9 @@ class _Visit:
         tasks = [background.start(send(self._connection, self.viewer), "replay viewer"), background.start(self._play(), "replay")]
         try:
             with self._replays.lanes(self._reader).answering(self.viewer.put):
-                async for said in self._connection:
-                    if said.type is WSMsgType.TEXT:
-                        self._hear(said.data)
+                async for received in self._connection:
+                    if received.type is WSMsgType.TEXT:
+                        self._hear(received.data)
         finally:
             for task in tasks:
                 task.cancel()
@@ -169,12 +169,12 @@ class _Visit:
     def _tell_beside(self, kind: str, words: str) -> None:
         self.viewer.put(f"beside {kind}", f'{{"kind": "beside", "said": {words}}}')
 
-    def _hear(self, said: str) -> None:
+    def _hear(self, text: str) -> None:
         from vistel.log.playhead import NotUnderstoodError, number, understood
         from vistel.log.questions import plot_asked
 
         try:
-            asked = understood(said)
+            asked = understood(text)
             if "offset" in asked:
                 self._offset = number(asked["offset"])
             if "fields" in asked:
@@ -191,7 +191,7 @@ class _Visit:
             self._head = self._head.told(asked)
         except (NotUnderstoodError, NoteError) as e:
             self.viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
-        self._said.set()
+        self._heard.set()
 
     def _asked(self) -> Questions:
         """What answers this viewer's questions, from the first one on."""
@@ -209,14 +209,14 @@ class _Visit:
             if self._reader.grows and now_ns - grown_ns >= _GROWS_NS:
                 grown_ns = now_ns
                 self._grow()
-            self._said.clear()
+            self._heard.clear()
             await self._show()
             if self.players[0].leapt:
                 self._at_ns = self._clock.steady_ns()  # what it took to get there is not played
             rest_s = 1.0 / RATE_HZ - (self._clock.steady_ns() - now_ns) * 1e-9
             with contextlib.suppress(TimeoutError):
                 async with within(self._clock, max(0.001, rest_s) if self._head.playing else _PAUSED_S):
-                    await self._said.wait()
+                    await self._heard.wait()
 
     def _pass_time(self) -> int:
         """Move the playhead to where it is now."""

@@ -104,16 +104,16 @@ class FaceRules:
 
 def load_rules(path: Path) -> FaceRules:
     """Read and check a file. Raises FaceRuleError."""
-    told = toml.read(path, FaceRuleError)
-    file = told.checked(_File, FaceRuleError)
+    whole = toml.read(path, FaceRuleError)
+    file = whole.checked(_File, FaceRuleError)
     names = [u.name for u in file.units]
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
-        raise FaceRuleError(told.told([f"units: {', '.join(twice)} twice; expected each once"]))
+        raise FaceRuleError(whole.described([f"units: {', '.join(twice)} twice; expected each once"]))
     if odd := sorted(set(file.visemes) - set(VISEMES)):
-        raise FaceRuleError(told.told([f"visemes: there is no viseme {', '.join(odd)}; there are {', '.join(VISEMES)}"]))
+        raise FaceRuleError(whole.described([f"visemes: there is no viseme {', '.join(odd)}; there are {', '.join(VISEMES)}"]))
     if odd := sorted({u for shape in file.visemes.values() for u in shape} - set(names)):
-        raise FaceRuleError(told.told([f"visemes: there is no unit {', '.join(odd)}"]))
+        raise FaceRuleError(whole.described([f"visemes: there is no unit {', '.join(odd)}"]))
     units = tuple(_one(u, side) for u in file.units for side in ((1, -1) if u.sides else (0,)))
     shapes = [file.visemes.get(viseme, {}) for viseme in VISEMES]
     return FaceRules(units, np.array([[shape.get(u.unit.name, 0.0) for u in units] for shape in shapes]))

@@ -33,12 +33,12 @@ def _checked(file: toml.TomlFile) -> Scene:
     count = _count({"of": list(cast("dict[str, Any]", shapes).values())}) - 1 if isinstance(shapes, dict) else 0
     if count > MOST_SHAPES:
         too_many = f"shapes: has {count:,} shapes, expected at most {MOST_SHAPES:,}; make the scene in Python instead"
-        raise SceneError(file.told([too_many]))
+        raise SceneError(file.described([too_many]))
     entry = file.checked(SceneEntry, SceneError)
     try:
         return _scene(entry, Path(file.source).parent)
     except (SceneError, ShapeError) as e:
-        raise SceneError(file.told(str(e).splitlines())) from e
+        raise SceneError(file.described(str(e).splitlines())) from e
 
 
 def _scene(entry: SceneEntry, folder: Path) -> Scene:

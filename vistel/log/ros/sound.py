@@ -26,16 +26,16 @@ _FORMATS = {"U8": "u1", "S16LE": "<i2", "S32LE": "<i4", "F32LE": "<f4"}
 def voice_of(path: object, sound: Sound) -> Iterator[Voice]:
     """The frames of a voice; `header.t_ns` counts in the bag's time. path: for errors. Raises SensorError for sound that cannot be
     read. A message's time is that of its last sample, since it is made when that is there."""
-    said = f"{path}: {sound.topic}"
+    source = f"{path}: {sound.topic}"
     if sound.coding.lower() == "mp3" or (not sound.coding and _is_mp3(sound.messages[0][1])):
-        pieces = _of_mp3(said, sound.messages)
+        pieces = _of_mp3(source, sound.messages)
     else:
-        pieces = _of_samples(said, sound)
+        pieces = _of_samples(source, sound)
     try:
         for begin_s, samples in _segments(pieces):
             yield from _frames(begin_s, samples)
     except ImportError as e:
-        raise SensorError(f"{said}: sound needs PyAV: pip install 'vistel[ros]'") from e
+        raise SensorError(f"{source}: sound needs PyAV: pip install 'vistel[ros]'") from e
 
 
 Piece = tuple[float, F32]
@@ -46,17 +46,17 @@ def _is_mp3(data: bytes) -> bool:
     return data[:3] == b"ID3" or (len(data) > 1 and data[0] == 0xFF and data[1] & 0xE0 == 0xE0)
 
 
-def _of_samples(said: str, sound: Sound) -> Iterator[Piece]:
+def _of_samples(source: str, sound: Sound) -> Iterator[Piece]:
     if not sound.rate:
         raise SensorError(
-            f"{said}: nothing says how it is sampled; expected a topic of type audio_common_msgs/msg/AudioInfo beside it"
+            f"{source}: nothing says how it is sampled; expected a topic of type audio_common_msgs/msg/AudioInfo beside it"
         )
     kind = _FORMATS.get(sound.sample_format.upper())
     if kind is None or sound.coding.lower() not in ("", "wave", "wav", "raw", "pcm"):
-        raise SensorError(f"{said}: is {sound.coding} of {sound.sample_format}; expected wave of {', '.join(_FORMATS)}, or mp3")
+        raise SensorError(f"{source}: is {sound.coding} of {sound.sample_format}; expected wave of {', '.join(_FORMATS)}, or mp3")
     if not RATES_HZ[0] <= sound.rate <= RATES_HZ[1] or not 1 <= sound.channels <= 8:
         raise SensorError(
-            f"{said}: has {sound.channels} channels at {sound.rate} Hz; expected 1 to 8, at {RATES_HZ[0]} to {RATES_HZ[1]}"
+            f"{source}: has {sound.channels} channels at {sound.rate} Hz; expected 1 to 8, at {RATES_HZ[0]} to {RATES_HZ[1]}"
         )
     convert = _Converter()
     whole = np.dtype(kind).itemsize * sound.channels
@@ -67,7 +67,7 @@ def _of_samples(said: str, sound: Sound) -> Iterator[Piece]:
         yield t, convert(np.nan_to_num(mono / np.float32(scale)), sound.rate)
 
 
-def _of_mp3(said: str, messages: Sequence[tuple[float, bytes]]) -> Iterator[Piece]:
+def _of_mp3(source: str, messages: Sequence[tuple[float, bytes]]) -> Iterator[Piece]:
     import av
     from av.error import FFmpegError
 
@@ -84,7 +84,7 @@ def _of_mp3(said: str, messages: Sequence[tuple[float, bytes]]) -> Iterator[Piec
             heard = True
             yield t, np.concatenate(parts)
     if not heard:
-        raise SensorError(f"{said}: cannot be read as MP3")
+        raise SensorError(f"{source}: cannot be read as MP3")
 
 
 class _Converter:

@@ -21,7 +21,7 @@ from vistel.v1.world_pb2 import HandForce, WorldDetail, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.world.codec.bits import FrameError
 
-_Told = WorldState | HandForce | WorldDetail
+_Message = WorldState | HandForce | WorldDetail
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
@@ -147,15 +147,15 @@ class _Rerun:
             with contextlib.suppress(FrameError):
                 self._encoder.continue_from(view, whole)
                 return True
-        told = self._encoder.encode(view)
-        for found, again in zip(recorded, told, strict=True):
+        encoded = self._encoder.encode(view)
+        for found, again in zip(recorded, encoded, strict=True):
             if found is not None and again is not None:
                 self._compare(found, again)
             elif again is not None:
                 self._skip("the state is not in the log")
             elif found is not None:
                 self._skip("before the first key frame after a gap")
-        return told.state is not None
+        return encoded.state is not None
 
     def _compare_details(self, view: WorldView, recorded: dict[str, WorldDetail]) -> None:
         assert self._world is not None
@@ -217,7 +217,7 @@ class _Rerun:
             self.difference = f"step {recorded.step}: what {hand} feels differs"
 
 
-def _same(recorded: _Told, again: _Told) -> bool:
+def _same(recorded: _Message, again: _Message) -> bool:
     """Equal but for the header, which is the bus's."""
     t_ns = again.header.t_ns
     again.header.CopyFrom(recorded.header)

@@ -73,10 +73,10 @@ class _Writer:
             found = self._numbers[id(value)] = len(self.values)
             self._kept.append(value)
             self.values.append(None)
-            self.values[found] = self._told(value)
+            self.values[found] = self._encoded(value)
         return found
 
-    def _told(self, value: Any) -> Any:
+    def _encoded(self, value: Any) -> Any:
         if value is None or isinstance(value, bool | int | float | str):
             if type(value) in (type(None), bool, int, float, str):
                 return value
@@ -104,25 +104,25 @@ class _Writer:
         columns = array.flags.f_contiguous and not array.flags.c_contiguous
         flat = np.ascontiguousarray(array.T if columns else array)
         kind = "scalar" if isinstance(value, np.generic) else "columns" if columns else "array"
-        told = [kind, array.dtype.str, self._bytes, *array.shape]
+        entry = [kind, array.dtype.str, self._bytes, *array.shape]
         self.arrays.append(flat)
         self._bytes += flat.nbytes + -flat.nbytes % _ALIGNMENT
-        return told
+        return entry
 
 
 class _Reader:
-    def __init__(self, data: U8, begin: int, told: list[Any]) -> None:
-        self._data, self._begin, self._told = data, begin, told
-        self._made: list[Any] = [_NOT_YET if type(t) is list else t for t in told]
+    def __init__(self, data: U8, begin: int, entries: list[Any]) -> None:
+        self._data, self._begin, self._entries = data, begin, entries
+        self._made: list[Any] = [_NOT_YET if type(t) is list else t for t in entries]
 
     def value(self, number: int) -> Any:
         made = self._made[number]
         if made is _NOT_YET:
-            made = self._made[number] = self._build(number, self._told[number])
+            made = self._made[number] = self._build(number, self._entries[number])
         return made
 
-    def _build(self, number: int, told: list[Any]) -> Any:
-        kind, rest = told[0], told[1:]
+    def _build(self, number: int, entry: list[Any]) -> Any:
+        kind, rest = entry[0], entry[1:]
         if kind in ("array", "columns", "scalar"):
             return self._array(kind, *rest)
         if kind == "object":

@@ -83,19 +83,19 @@ class FileDevice:
         os.close(self._fd)
 
 
-def find_device(said: str, devices: Path = _DEVICES) -> Path:
+def find_device(wanted: str, devices: Path = _DEVICES) -> Path:
     """The device that is meant by "auto" (the first of v4l2loopback), a path, or the label of one. Raises NoCameraError."""
-    if said.startswith("/"):
-        if not Path(said).exists():
-            raise NoCameraError(f"{said} is not there; {NO_DEVICE}")
-        return Path(said)
+    if wanted.startswith("/"):
+        if not Path(wanted).exists():
+            raise NoCameraError(f"{wanted} is not there; {NO_DEVICE}")
+        return Path(wanted)
     found = sorted(p for p in devices.glob("video*") if (p / "name").exists())
     labels = {p.name: (p / "name").read_text("utf-8", "replace").strip() for p in found}
     for name, label in labels.items():
         # Its devices are no hardware's: they hang in the tree of virtual ones.
-        if (said == "auto" and "/virtual/" in str((devices / name).resolve())) or (said != "auto" and said in label):
+        if (wanted == "auto" and "/virtual/" in str((devices / name).resolve())) or (wanted != "auto" and wanted in label):
             return Path("/dev") / name
-    raise NoCameraError(NO_DEVICE if said == "auto" else f"no camera is called {said!r}; {NO_DEVICE}")
+    raise NoCameraError(NO_DEVICE if wanted == "auto" else f"no camera is called {wanted!r}; {NO_DEVICE}")
 
 
 def set_format(device: Device, width: int, height: int) -> None:

@@ -74,16 +74,16 @@ def _numbers(j: Joint) -> list[float]:
     return [*frames, j.lower, j.upper, j.drive.stiffness, j.drive.damping, j.drive.target, j.drive.most]
 
 
-def _exact(told: list[float], prim: Any, unit: float) -> list[float]:
+def _exact(stated: list[float], prim: Any, unit: float) -> list[float]:
     """The exact numbers where they agree with what the standard attributes say."""
     kept = prim.GetAttribute("vistel:exact").Get() if prim.HasAttribute("vistel:exact") else None
-    if kept is None or len(kept) != len(told):
-        return told
+    if kept is None or len(kept) != len(stated):
+        return stated
     # In the unit of the file, since there it was rounded.
     scale = [1.0] * 14 + [1.0 / unit] * 2 + [unit] * 2 + [1.0 / unit, 1.0]
     return [
         float(exact) if np.float32(exact * s) == np.float32(number * s) else number
-        for exact, number, s in zip(kept, told, scale, strict=True)
+        for exact, number, s in zip(kept, stated, scale, strict=True)
     ]
 
 
@@ -150,7 +150,7 @@ def _read(prim: Any, kind: JointKind, bodies: Bodies) -> Joint:
         return float(value)
 
     frames = [v for end in (0, 1) for v in _frame(prim, end)]
-    told = [
+    stated = [
         *frames,
         number("physics:lowerLimit", -math.inf) * unit,
         number("physics:upperLimit", math.inf) * unit,
@@ -159,7 +159,7 @@ def _read(prim: Any, kind: JointKind, bodies: Bodies) -> Joint:
         number(f"drive:{drive}:physics:targetPosition", 0.0) * unit,
         number(f"drive:{drive}:physics:maxForce", math.inf),
     ]
-    n = _exact(told, prim, unit)
+    n = _exact(stated, prim, unit)
     on_base, on_thing = (
         _moved(JointFrame(np.array(n[k : k + 3]), _turned(np.array(n[k + 3 : k + 7]), along)), bodies.frame(body, name))
         for k, body, name in ((0, base_prim, base), (7, thing_prim, thing))
@@ -228,14 +228,14 @@ def _turned(quaternion: F64, along: F64) -> F64:
 
 
 def _button(prim: Any) -> Button | None:
-    told = prim.GetAttribute("vistel:button").Get() if prim.HasAttribute("vistel:button") else None
-    if told is None:
+    stated = prim.GetAttribute("vistel:button").Get() if prim.HasAttribute("vistel:button") else None
+    if stated is None:
         return None
-    if len(told) != 2:
+    if len(stated) != 2:
         raise ValueError("vistel:button: expected two numbers, where it is pressed and where it is released")
     lights = str(prim.GetAttribute("vistel:lights").Get()) if prim.HasAttribute("vistel:lights") else ""
     lit = str(prim.GetAttribute("vistel:lit").Get()) if prim.HasAttribute("vistel:lit") else ""
-    button = Button(float(told[0]), float(told[1]), lights)
+    button = Button(float(stated[0]), float(stated[1]), lights)
     return replace(button, lit=int(lit.removeprefix("#"), 16)) if lit else button
 
 

@@ -161,7 +161,7 @@ class WorldDecoder:
         whole = bool(message.things) and not message.order
         things = self._things(message, whole)
         order = tuple(t.id for t in message.things) if whole else tuple(message.order) or self._order
-        book, said = read_key(message.frame, message.step)
+        book, lists = read_key(message.frame, message.step)
         if len(book.tracks) != len(order) or any(name not in things for name in order):
             raise FrameError("a key frame tells of things that are not known")
         if whole or message.order or message.things:
@@ -170,7 +170,7 @@ class WorldDecoder:
         self._waiting.clear()
         self._details.forget()
         poses = {name: place(track.pose) for name, track in zip(order, book.tracks, strict=True)}
-        now = self._told(message, said, things, whole)
+        now = self._state_of(message, lists, things, whole)
         self.now = replace(now, step=message.step, t_ns=message.header.t_ns, poses=poses)
         return [self.now]
 
@@ -179,11 +179,11 @@ class WorldDecoder:
         if self.lost or book is None:
             self._waiting.append(message)
             return []
-        steps, said = read_changes(message.frame, book, message.step)
+        steps, lists = read_changes(message.frame, book, message.step)
         things = self._things(message, False)
         if message.things:
             self._things_crc = crc_of(things[name] for name in self._order)
-        now = self._told(message, said, things, False)
+        now = self._state_of(message, lists, things, False)
         out = [now := self._step(message, step, now) for step in steps]
         self.now = now
         exact = self._details.poses(book, self._order, len(steps))
@@ -198,19 +198,19 @@ class WorldDecoder:
         t_ns = message.header.t_ns - (message.step - step.step) * STEP_NS
         return replace(now, step=step.step, t_ns=t_ns, poses=poses)
 
-    def _told(self, message: WorldState, said: ChangedLists, things: Mapping[str, Thing], whole: bool) -> RoomState:
+    def _state_of(self, message: WorldState, lists: ChangedLists, things: Mapping[str, Thing], whole: bool) -> RoomState:
         """What was known with everything new but step and poses."""
         book, before = self._book, self.now
         assert book is not None
-        people = tuple(message.participants) if said.people else before.participants
+        people = tuple(message.participants) if lists.people else before.participants
         moving = before.moving
-        if book.touches_changed or said.people:
+        if book.touches_changed or lists.people:
             touches = self._touches(book, people)
         else:
             touches = before.touches
         names = frozenset(self._order[n] for n in book.moving)
         dents, bonds, strokes = self._marks(message, whole)
-        grasps = tuple(message.grasps) if said.grasps else before.grasps
+        grasps = tuple(message.grasps) if lists.grasps else before.grasps
         moving = moving if names == moving else names
         return replace(
             before,

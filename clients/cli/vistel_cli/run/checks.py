@@ -44,7 +44,7 @@ _USED = "is in use by another program; end that, or name another port"
 def faults_of(conference: Conference, source: Path, site: str | None = None) -> list[str]:
     """One line for each fault: FILE:LINE: KEY: what is wrong and how to mend it. source: the conference's file. site: the only one
     that runs here; files and ports of the room, the hub and the others are on other machines."""
-    told = toml.read(source, ConferenceError)
+    source_file = toml.read(source, ConferenceError)
     here = [(i, s) for i, s in enumerate(conference.sites) if site in (None, s.name)]
     faults = [f for f in _file_faults(conference) if site is None or f.place[:2] in [("sites", i) for i, _ in here]]
     if any(fault.place == _ROOM for fault in faults):  # the rest is as wrong without it
@@ -54,8 +54,8 @@ def faults_of(conference: Conference, source: Path, site: str | None = None) -> 
         *_motion_faults(conference, here),
         *_port_faults(conference, here, whole=site is None),
     ]
-    faults.sort(key=lambda fault: told.line(fault.place, fault.said) or 0)
-    return told.told(faults).splitlines()
+    faults.sort(key=lambda fault: source_file.line(fault.place, fault.text) or 0)
+    return source_file.described(faults).splitlines()
 
 
 def _file_faults(conference: Conference) -> Iterator[Fault]:

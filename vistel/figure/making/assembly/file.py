@@ -95,12 +95,12 @@ class Assembly(_Model):
 
 def read_assembly(path: Path) -> Assembly:
     """Raises MakingError, one line per fault that says what is wrong and where."""
-    told = toml.read(path, MakingError)
-    assembly = told.checked(Assembly, MakingError)
+    source_file = toml.read(path, MakingError)
+    assembly = source_file.checked(Assembly, MakingError)
     for i, part in enumerate(assembly.parts):
         for file in (part.file, part.texture):
             if file is not None and not (path.parent / file).is_file():
-                raise MakingError(told.told([f"parts[{i}]: {part.part}: there is no file {file}"]))
+                raise MakingError(source_file.described([f"parts[{i}]: {part.part}: there is no file {file}"]))
     return assembly
 
 

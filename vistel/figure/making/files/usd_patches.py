@@ -93,8 +93,8 @@ def lying_of(reader: Any) -> Lying:
             step = np.array([[c * scale[0], -s * scale[1], move[0]], [s * scale[0], c * scale[1], move[1]], [0.0, 0.0, 1.0]])
             matrix, at = matrix @ step, shader.GetInput("in")
         elif kind.startswith("UsdPrimvarReader"):
-            told = shader.GetInput("varname")
-            named = str((told.Get() if told else None) or "st")
+            attribute = shader.GetInput("varname")
+            named = str((attribute.Get() if attribute else None) or "st")
             break
         else:
             break
@@ -115,10 +115,10 @@ def _channel(shader: Any, name: str, read: Inputs, like: Lying) -> U8 | None:
         found, reader = read.alpha(source), texture_reader(source)
         its = lying_of(reader) if reader is not None else like
     else:
-        told = read.picture(source)
-        if told is None:
+        found = read.picture(source)
+        if found is None:
             return None
-        picture, its, channel = told
+        picture, its, channel = found
         found = np.ascontiguousarray(picture[..., _CHANNELS.get(channel, 0)])
     out = None if found is None else laid(found, its, like)
     if found is not None and out is None:
@@ -129,9 +129,9 @@ def _channel(shader: Any, name: str, read: Inputs, like: Lying) -> U8 | None:
 
 def _colours(shader: Any, name: str, read: Inputs, like: Lying) -> U8 | None:
     source = shader.GetInput(name)
-    told = read.picture(source) if source and source.HasConnectedSource() else None
-    out = None if told is None else laid(told[0], told[1], like)
-    if told is not None and out is None:
+    found = read.picture(source) if source and source.HasConnectedSource() else None
+    out = None if found is None else laid(found[0], found[1], like)
+    if found is not None and out is None:
         read.note(f"its {name} has texture coordinates of its own: left out; bake it on those of its colour")
     return out
 

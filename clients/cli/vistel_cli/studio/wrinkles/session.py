@@ -150,14 +150,14 @@ class PageSession:
 
     def _lying(self, form: Mapping[str, Any]) -> Avatar:
         self.base = self._number(form)
-        of, said = self.bases[self.base], form.get("texture")
-        if said is None or texture_of(of) == said:
+        of, texture = self.bases[self.base], form.get("texture")
+        if texture is None or texture_of(of) == texture:
             return of
-        return self.scene.avatar if self._lies_so(of, said) else lying(of, _list(said))
+        return self.scene.avatar if self._lies_so(of, texture) else lying(of, _list(texture))
 
-    def _lies_so(self, of: Avatar, said: Any) -> bool:
+    def _lies_so(self, of: Avatar, texture: Any) -> bool:
         """Whether the scene's avatar is that one with that texture."""
-        return self.scene.avatar.albedo is of.albedo and texture_of(self.scene.avatar) == said
+        return self.scene.avatar.albedo is of.albedo and texture_of(self.scene.avatar) == texture
 
     def retexture(self, form: Mapping[str, Any]) -> bool:
         """Registers the texture as in the form. Returns whether it changed; a change takes some seconds."""
