@@ -19,6 +19,7 @@ from vistel_sim.motion.calibration import CalibrationMoves
 from vistel_sim.motion.clap import Clapping
 from vistel_sim.motion.clay import write_clay
 from vistel_sim.motion.hand_over import play_hand_over
+from vistel_sim.motion.high_five import write_high_five
 from vistel_sim.motion.layout import layout_of
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
@@ -38,6 +39,8 @@ WORKSHOP = "workshop"
 """Another: somebody opens a lid, pulls a drawer and presses a button."""
 CLAP = "clap"
 """Another: everybody claps at known times."""
+HIGH_FIVE = "high-five"
+"""Another: two neighbours clap each other's hands."""
 CALIBRATION = "calibration"
 """The moves that `vistel calibrate tracker` and `vistel calibrate body` ask for, once."""
 
@@ -45,9 +48,9 @@ CALIBRATION = "calibration"
 def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERAGE) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
-    `motion` of a participant: "meeting" (or nothing), "clay", "workshop", "clap", "calibration", a .bvh file, or the folder of a
-    two-person hand-over, whose giver and taker are its first two participants; further ones watch them from their seats. limbs:
-    of those who are no average person of their height.
+    `motion` of a participant: "meeting" (or nothing), "clay", "workshop", "clap", "high-five", "calibration", a .bvh file, or the
+    folder of a two-person hand-over, whose giver and taker are its first two participants; further ones watch them from their
+    seats. limbs: of those who are no average person of their height.
     """
     everyone = simulated_people(conference, limbs)
     wanted: dict[str, list[SimulatedPerson]] = {}
@@ -70,6 +73,9 @@ def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERA
     if WORKSHOP in wanted:
         layout = layout_of(conference.room)
         sources.append(Meeting(wanted.pop(WORKSHOP), layout.seats, conference.seed, write=write_workshop, layout=layout))
+    if HIGH_FIVE in wanted:
+        layout = layout_of(conference.room)
+        sources.append(Meeting(wanted.pop(HIGH_FIVE), layout.seats, conference.seed, write=write_high_five, layout=layout))
     for name, people in wanted.items():
         path = Path(name)
         if path.is_dir() and is_hand_over(path):
@@ -83,8 +89,8 @@ def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERA
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {WORKSHOP!r}, {CLAP!r}, {CALIBRATION!r}, a .bvh file or "
-                "a folder with *_pose_saved.csv files"
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {WORKSHOP!r}, {CLAP!r}, {HIGH_FIVE!r}, {CALIBRATION!r}, a"
+                " .bvh file or a folder with *_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:
