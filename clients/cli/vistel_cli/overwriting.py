@@ -1,4 +1,4 @@
-"""No command writes over a file that was there before it, unless it is told to with --force."""
+"""Where a command may write: over no file that was there before, unless it is told to with --force, and in folders that exist."""
 
 from __future__ import annotations
 
@@ -15,14 +15,23 @@ Force = Annotated[bool, typer.Option("--force", is_eager=True, help="Write over 
 
 
 def out_file(help: str, *names: str) -> Any:
-    """An option for a file to write, by default -o and --out. Where the file exists, or one written beside it, it is refused."""
+    """An option for a file to write, by default -o and --out. Where the file exists, or one written beside it, it is refused, and
+    so is a place where there is no folder: before the work, not after it."""
 
     def checked(context: typer.Context, file: Path | None) -> Path | None:
         if file is not None:
+            _need_folder(file)
             keep_existing(file, *_beside(file), force=context.params["force"])
         return file
 
     return typer.Option(*(names or ("-o", "--out")), help=help, callback=checked)
+
+
+def _need_folder(file: Path) -> None:
+    if os.path.isdir(file):
+        fail(f"{file}: cannot be written: it is a folder; name a file in it")
+    if not os.path.isdir(file.parent):
+        fail(f"{file}: cannot be written: there is no folder {file.parent}; make it first, or name another place")
 
 
 def keep_existing(*files: Path, force: bool) -> None:

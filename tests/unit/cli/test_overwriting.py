@@ -43,6 +43,23 @@ def test_a_file_that_exists_stays_as_it_was(words: tuple[str, ...], tmp_path: Pa
     assert {f.name for f in tmp_path.iterdir()} == {"there.png", "new.png", "new_texture.png", "new_textures"}
 
 
+@pytest.mark.parametrize(
+    ("place", "why"),
+    [("missing/new.png", "there is no folder missing; make it first"), ("there", "it is a folder; name a file in it")],
+)
+def test_a_place_without_a_folder_is_refused_before_the_work(
+    place: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("there").mkdir()
+    for words in (("trace", str(SCENE)), ("log", "import", str(SCENE)), ("wall", str(SCENE))):
+        done = CliRunner().invoke(app, [*words, "-o", place, "--force"])
+        assert done.exit_code == 1
+        assert f"{place}: cannot be written: {why}" in done.stderr
+        assert len(done.stderr.splitlines()) == 1
+    assert [f.name for f in tmp_path.iterdir()] == ["there"]
+
+
 def test_with_force_it_is_written_over(tmp_path: Path) -> None:
     from vistel_cli.overwriting import keep_existing
 

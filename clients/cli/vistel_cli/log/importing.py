@@ -2,6 +2,8 @@
 
 import re
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +22,7 @@ from vistel_cli.waiting import waiting
 BEGIN_NS = 1_577_836_800_000_000_000
 """Conference time at which an imported log begins, 1 January 2020: files of motion do not say when they were recorded [ns]."""
 MOST_PEOPLE = 24
+NO_POSTURE = "no posture could be computed; the file may be too short, or hold too few sensors at a time"
 KINDS = (
     ".bvh (motion), .csv (6-DoF sensors), .c3d (clusters of marks), .vrpn (what a VRPN server logged),"
     " .json or .json.lz (hands over a Leap Motion), a folder with a bag of ROS 2, with Hands/Left_sync.txt (a HoloLens),"
@@ -87,26 +90,41 @@ def import_(
         fail(f"{len(people)} people: expected at most {MOST_PEOPLE}")
     _name_apart(people)
     conference = _conference(people, [thing for f in found for thing in f.props])
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, waiting("computing the room"):
-        raw = Path(folder) / "raw.mcap"
+    with _folder_beside(output) as folder, waiting("computing the room"):
+        raw, made = Path(folder) / "raw.mcap", Path(folder) / output.name
         text = text_of(conference)
         with LogWriter(raw, text) as writer:
             begun = ((f.messages(conference, BEGIN_NS + round(late * 1e9))) for f, late in zip(found, delays, strict=True))
             for topic, key, message, t_ns in sorted((m for of in begun for m in of), key=lambda m: m[3]):
                 message.header.version = 1
                 writer.write(topic, key, message, t_ns)
-        _complete(raw, conference, output, "devices" if any(f.solved for f in found) else "motion")
+        _complete(raw, conference, made, "devices" if any(f.solved for f in found) else "motion")
+        moved = {record.names["participant"] for record in LogReader(made).records(("motion",))}
+        if not moved:
+            names = ", ".join(map(str, files))
+            fail(f"{names}: {NO_POSTURE}; no log was written")
+        made.replace(output)
     length = max(f.seconds + late for f, late in zip(found, delays, strict=True))
     out.print(f"{length:.1f} s of {', '.join(p['name'] for p in people)} written to {output}", soft_wrap=True)
-    reader = LogReader(output)
-    moved = {record.names["participant"] for record in reader.records(("motion",))}
     for name in (p["name"] for p in people if p["name"] not in moved):
-        print_warning(f"{name}: no posture could be computed; the file may be too short, or hold too few sensors at a time")
-    begun_ns = reader.begin_ns
+        print_warning(f"{name}: {NO_POSTURE}")
+    begun_ns = LogReader(output).begin_ns
     for film, late, path in films:
         with waiting(f"writing {path}"):
             told = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)
         out.print(told, soft_wrap=True)
+
+
+@contextmanager
+def _folder_beside(output: Path) -> Iterator[str]:
+    """For the log until it is whole: beside it, so that it can be moved to its place at once. Ends the command with one line where
+    nothing can be written there."""
+    try:
+        folder = tempfile.TemporaryDirectory(prefix=".vistel-", dir=output.parent)
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror}")
+    with folder as name:
+        yield name
 
 
 def _films(found: list[Recorded], delays: list[float], output: Path) -> list[tuple[Film, float, Path]]:
