@@ -37,6 +37,7 @@ NOT_RUN = {
     r"make test$": "it runs this test",
     r"sudo ": "needs another user's rights",
     r"hub\.example\.org|192\.0\.2\.|vistel site |doctor .*--site": "needs another machine",
+    r"can you hear us": "needs a site that has joined",
     r"--from conference-room/": "names a room that a meeting of that day left",
     r"devices --": "needs a device that is attached",
     r"me\.toml|--as me$": "needs the conference file that the page shows",
@@ -88,13 +89,13 @@ class Reader:
     folder: Path
     conference: subprocess.Popen[bytes] | None = None
 
-    def start(self, command: str) -> subprocess.Popen[bytes]:
-        self.log = (self.folder / "terminal.log").open("ab")
+    def start(self, command: str, terminal: str = "terminal.log") -> subprocess.Popen[bytes]:
+        self.log = (self.folder / terminal).open("ab")
         shown = command.replace(".venv/bin/", "")
         return subprocess.Popen(["bash", "-c", f"exec {shown}"], cwd=self.folder, stdout=self.log, stderr=subprocess.STDOUT)
 
-    def said(self) -> str:
-        return (self.folder / "terminal.log").read_text("utf-8")
+    def said(self, terminal: str = "terminal.log") -> str:
+        return (self.folder / terminal).read_text("utf-8")
 
     def write(self, how: str, name: str, text: str) -> None:
         """A file of the page, or its new end."""
@@ -123,18 +124,18 @@ class Reader:
     def begin(self, command: str) -> None:
         """Start a conference that goes on."""
         self.end()
-        self.conference = started = self.start(command)
+        self.conference = started = self.start(command, "conference.log")
         wait_until(lambda: bool(running_conferences()) or started.poll() is not None, every_s=0.2)
         where = ["vistel", "world", "where"]
         wait_until(lambda: started.poll() is not None or subprocess.run(where, capture_output=True, check=False).returncode == 0)
-        assert started.poll() is None, f"{command}: ended\n{self.said()[-3000:]}"
+        assert started.poll() is None, f"{command}: ended\n{self.said('conference.log')[-3000:]}"
 
     def end(self) -> None:
         if self.conference is not None:
             self.conference.send_signal(signal.SIGINT)
             code = self.conference.wait()
             self.conference = None
-            assert code == 0, self.said()[-3000:]
+            assert code == 0, self.said("conference.log")[-3000:]
 
 
 @pytest.fixture(scope="session")

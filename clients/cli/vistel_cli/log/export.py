@@ -80,8 +80,6 @@ def export(
     if not asked:
         _usd(log, output, begin, end, fps or USD_FPS)
         return
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}")
     found = opened(log)
     writers: dict[str, Callable[[], str]] = {
         "--csv": lambda: _csv(found, numbers or (), output, begin, end),

@@ -58,8 +58,6 @@ def show(
     from vistel_cli.scene.trace import picture_size
 
     pixels = picture_size(size) or (960, 540)
-    if picture is not None and not picture.parent.is_dir():
-        fail(f"--picture {picture}: there is no directory {picture.parent}")
     interior = opened(file, show=not as_json)
     if as_json:
         print(json.dumps(_facts(interior)))
@@ -163,8 +161,6 @@ def _check_output(path: Path, *, glb: bool) -> None:
     if path.suffix.lower() not in endings:
         more = "" if glb else "; write it elsewhere with -o"
         fail(f"{path}: expected a name that ends in {', '.join(endings)}{more}")
-    if not path.parent.is_dir():
-        fail(f"{path}: there is no directory {path.parent}")
 
 
 def _save(interior: Interior, path: Path) -> None:
