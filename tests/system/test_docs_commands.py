@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -154,9 +155,20 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.fixture(scope="session")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The `PATH` of a reader whose `python` has the packages of this one. What a page installs stays in a folder of the test."""
+    own = tmp_path_factory.mktemp("packages")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(own)], check=True)
+    packages = sysconfig.get_path("purelib")
+    own_packages = Path(sysconfig.get_path("purelib", vars={"base": str(own), "platbase": str(own)}))
+    (own_packages / "beside.pth").write_text(f"import site; site.addsitedir({packages!r})\n", "utf-8")
+    return os.pathsep.join([str(own / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]])
+
+
 @pytest.fixture
-def reader(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reader]:
-    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+def reader(filled: Path, programs: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reader]:
+    monkeypatch.setenv("PATH", programs)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(str(ROOT / p) for p in (".", "services", "sim", "clients/cli")))
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "user"))
     monkeypatch.setenv("BROWSER", "true")
