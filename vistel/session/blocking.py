@@ -45,7 +45,7 @@ def place_of(file: Path | None, site: str | None, participant: str | None, hub: 
         here = conferences_here()
         if not here:
             raise ConferenceError(
-                "this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere"
+                "this machine takes part in no conference; start one with `vistel up`, which first prepares, or name the file of one elsewhere"
             )
         file, hub, elsewhere = Path(here[0].file), hub or here[0].hub, bool(here[0].site)
         participant = participant or (None if site else next(iter(here[0].people), None))

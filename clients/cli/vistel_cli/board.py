@@ -82,6 +82,8 @@ def board(
             participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
         fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg, --save FILE.pdf", USAGE)
     if save is not None:
+        if save.suffix.lower() not in (".svg", ".pdf"):
+            fail(f"--save {save}: expected a name that ends in .svg or .pdf", USAGE)
         if log is None:
             _save(save, which, _now(conference_file, hub), "in the room; `vistel board --new` puts one up")
         else:

@@ -99,7 +99,7 @@ def newest() -> Running:
     """The newest conference that this machine takes part in. Ends the command where there is none."""
     here = conferences_here()
     if not here:
-        fail("this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere")
+        fail("this machine takes part in no conference; start one with `vistel up`, which first prepares, or name the file of one elsewhere")
     _name_others(here[1:], here[0])
     return here[0]
 
