@@ -180,6 +180,7 @@ def test_messages_that_come_twice_or_whose_time_goes_back_change_nothing_else(tm
         (["grep", MEETING, "touch.aiko.ben not thing.baton.held"], "thing.baton.held' on; expected"),
         (["grep", MEETING, "eval(1)"], "is not understood"),
         (["export", MEETING, "-o", "no/such.csv", "--csv", "thing.baton.x"], "no folder"),
+        (["export", MEETING, "-o", "x.csv"], "x.csv: expected --csv NAME as well"),
         (["export", MEETING, "-o", "x.bvh", "--bvh", "bem"], "no participant is called 'bem'"),
         (["export", MEETING, "-o", "x.wav", "--wav", "bem"], "no participant is called 'bem'"),
         (["export", MEETING, "-o", "x.wav", "--wav", "ben"], "no voice of ben"),

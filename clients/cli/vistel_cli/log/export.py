@@ -21,6 +21,9 @@ BVH_FPS = 60.0
 """Frames per second of motion, as it is recorded."""
 USD_FPS = 30.0
 """Samples per second of a whole conference."""
+_WAYS = {f".{kind}": f"--{kind} NAME" for kind in ("csv", "npz", "parquet", "bvh", "c3d", "glb", "wav")}
+_WAYS |= {".mcap": "--foxglove", ".rrd": "--rerun"}
+"""The option that belongs to a file's ending; without one of these a USD file is written."""
 
 
 def export(
@@ -78,6 +81,8 @@ def export(
     if len(asked) > 1:
         fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
     if not asked:
+        if (way := _WAYS.get(output.suffix.lower())) is not None:
+            fail(f"{output}: expected {way} as well, which says what to write", USAGE)
         _usd(log, output, begin, end, fps or USD_FPS)
         return
     found = opened(log)
