@@ -12,7 +12,9 @@ from vistel_sim.chaos.run import run, save
 
 def main() -> int:
     """Returns the exit code: 0 where all held, 1 where something that must hold did not, 2 where the conference did not run."""
-    parser = argparse.ArgumentParser("python -m vistel_sim.chaos", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        "python -m vistel_sim.chaos", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--minutes", type=float, default=30.0, help="of faults; some quiet before and after them comes on top")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--quiet", type=float, default=20.0, help="seconds without faults before and after them")
