@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -40,6 +43,19 @@ def keep_existing(*files: Path, force: bool) -> None:
     if there and not force:
         more = f" (and {len(there) - 1} more)" if len(there) > 1 else ""
         fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force")
+
+
+@contextmanager
+def written_whole(output: Path) -> Iterator[Path]:
+    """A place beside `output` to write to. What is there at the end of the block is moved to `output`; where the block is left
+    before, as on Ctrl-C, nothing stays. Ends the command with one line where the system refuses."""
+    try:
+        with tempfile.TemporaryDirectory(prefix=".vistel-", dir=output.parent) as folder:
+            made = Path(folder) / output.name
+            yield made
+            made.replace(output)
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror or e}")
 
 
 def keep_source(source: Path, output: Path) -> None:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from vistel_cli.lazy import every_command
 from vistel_cli.main import app
+from vistel_cli.overwriting import written_whole
 
 SCENE = Path(__file__).resolve().parents[3] / "examples" / "scenes" / "blobs.toml"
 EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
@@ -58,6 +59,20 @@ def test_a_place_without_a_folder_is_refused_before_the_work(
         assert f"{place}: cannot be written: {why}" in done.stderr
         assert len(done.stderr.splitlines()) == 1
     assert [f.name for f in tmp_path.iterdir()] == ["there"]
+
+
+@pytest.mark.parametrize("before", [None, "mine"])
+def test_of_what_is_not_written_to_its_end_nothing_is_left(before: str | None, tmp_path: Path) -> None:
+    output = tmp_path / "x.mcap"
+    if before is not None:
+        output.write_text(before)
+    with pytest.raises(KeyboardInterrupt), written_whole(output) as made:
+        made.write_text("half")
+        raise KeyboardInterrupt
+    assert {f.name: f.read_text() for f in tmp_path.iterdir()} == ({} if before is None else {"x.mcap": before})
+    with written_whole(output) as made:
+        made.write_text("whole")
+    assert {f.name: f.read_text() for f in tmp_path.iterdir()} == {"x.mcap": "whole"}
 
 
 def test_with_force_it_is_written_over(tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 import re
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +13,7 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, LEAP, VRPN
 from vistel_cli.log.imported.recorded import NAME, SITE, Film, Recorded, Said
-from vistel_cli.overwriting import Force, keep_existing, out_file
+from vistel_cli.overwriting import Force, keep_existing, out_file, written_whole
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
 
@@ -90,8 +88,8 @@ def import_(
         fail(f"{len(people)} people: expected at most {MOST_PEOPLE}")
     _name_apart(people)
     conference = _conference(people, [thing for f in found for thing in f.props])
-    with _folder_beside(output) as folder, waiting("computing the room"):
-        raw, made = Path(folder) / "raw.mcap", Path(folder) / output.name
+    with written_whole(output) as made, tempfile.TemporaryDirectory(prefix="vistel-") as folder, waiting("computing the room"):
+        raw = Path(folder) / "raw.mcap"
         text = text_of(conference)
         with LogWriter(raw, text) as writer:
             begun = ((f.messages(conference, BEGIN_NS + round(late * 1e9))) for f, late in zip(found, delays, strict=True))
@@ -103,7 +101,6 @@ def import_(
         if not moved:
             names = ", ".join(map(str, files))
             fail(f"{names}: {NO_POSTURE}; no log was written")
-        made.replace(output)
     length = max(f.seconds + late for f, late in zip(found, delays, strict=True))
     out.print(f"{length:.1f} s of {', '.join(p['name'] for p in people)} written to {output}", soft_wrap=True)
     for name in (p["name"] for p in people if p["name"] not in moved):
@@ -113,18 +110,6 @@ def import_(
         with waiting(f"writing {path}"):
             told = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)
         out.print(told, soft_wrap=True)
-
-
-@contextmanager
-def _folder_beside(output: Path) -> Iterator[str]:
-    """For the log until it is whole: beside it, so that it can be moved to its place at once. Ends the command with one line where
-    nothing can be written there."""
-    try:
-        folder = tempfile.TemporaryDirectory(prefix=".vistel-", dir=output.parent)
-    except OSError as e:
-        fail(f"--out {output}: cannot be written: {e.strerror}")
-    with folder as name:
-        yield name
 
 
 def _films(found: list[Recorded], delays: list[float], output: Path) -> list[tuple[Film, float, Path]]:
@@ -202,11 +187,8 @@ def _complete(raw: Path, conference: Conference, output: Path, source: str) -> N
     reader = LogReader(raw)
     world.preload(conference)
     posture.preload(conference)
-    try:
-        # A log's end is the time of its last message, which counts.
-        replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
-    except OSError as e:
-        fail(f"--out {output}: cannot be written: {e.strerror}")
+    # A log's end is the time of its last message, which counts.
+    replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
 
 
 def _conference(people: list[dict[str, Any]], props: list[str]) -> Conference:
