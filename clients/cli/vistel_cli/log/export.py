@@ -1,5 +1,6 @@
 """`vistel log export`: a log, or something of it, for other programs."""
 
+import importlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,6 +10,7 @@ import typer
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
+from vistel_cli.lazy import interruptible
 from vistel_cli.log.study import A_LOG, Begin, End, opened
 from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
@@ -101,7 +103,8 @@ def export(
 
 
 def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -> None:
-    with waiting("loading"):
+    with waiting("loading"), interruptible():
+        importlib.import_module("pxr.UsdSkel")  # loses Ctrl-C while it is loaded
         from vistel_cli.log.usd import export_usd  # the mathematics
 
     try:
