@@ -18,9 +18,10 @@ EDGES = np.geomspace(W_FLOOR, W_CAP, 25)
 
 GOOD = (0.4, 2.5)
 """Weights that a primitive fits: a palm and a forearm are no cone-spheres."""
-MOST_APART, FEW = 0.1, 3
-"""Share of a primitive's vertices whose weights may lie outside `GOOD`, and how many may in any case: so many a joint's fold lifts
-off a segment of a finger, which has some thirty."""
+MOST_APART = 0.1
+"""Share of a primitive's vertices whose weights may lie outside `GOOD`."""
+FEW = 3
+"""So many may in any case: a joint's fold lifts them off a segment of a finger, which has some thirty."""
 
 
 @dataclass(frozen=True)

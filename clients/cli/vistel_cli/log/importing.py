@@ -77,7 +77,7 @@ def import_(
     """
     delays = [*(delay or []), *[0.0] * len(files)][: len(files)]
     if len(delay or []) > len(files):
-        fail(f"--delay: is given {len(delay or [])} times, for {len(files)} files", USAGE)
+        fail(f"--delay: is given {len(delay or [])} times, for {len(files)} {'file' if len(files) == 1 else 'files'}", USAGE)
     said = Said(height, unit, up, clock, _frames(frame or []))
     with waiting(f"reading {', '.join(path.name for path in files)}"):
         found = [_read(path, said) for path in files]
