@@ -1,7 +1,7 @@
 """Fire the clay: when nobody has touched it for ten seconds it is hard and brown; until then everybody may shape it.
 
-vistel up examples/conferences/clay.toml --seconds 600       (prints its bus)
-python examples/activities/kiln.py examples/conferences/clay.toml --as aiko
+vistel up examples/conferences/clay.toml
+python examples/activities/kiln.py --as aiko
 """
 
 from vistel.session.activity import run

@@ -1,7 +1,7 @@
 """Build water: hydrogen that comes near the oxygen sticks to it. Carry the white balls to the red one.
 
-vistel up vistel/conference/demo.toml --seconds 600          (prints its bus)
-python examples/activities/molecule.py vistel/conference/demo.toml --as aiko
+vistel up conference.toml
+python examples/activities/molecule.py --as aiko
 """
 
 from vistel.session.activity import run

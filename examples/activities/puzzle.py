@@ -1,7 +1,7 @@
 """A puzzle for everybody: put each thing on its place; what lies there turns green, and all five in place is solved.
 
-vistel up vistel/conference/demo.toml --seconds 600          (prints its bus)
-python examples/activities/puzzle.py vistel/conference/demo.toml --as aiko
+vistel up conference.toml
+python examples/activities/puzzle.py --as aiko
 """
 
 import math

@@ -189,7 +189,7 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("x.csv", "", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
+        ("x.csv", "", "expected recorded motion (BVH), motion that a laboratory captured (C3D), a table (CSV)"),
         ("x.csv", "a,b,c\n1,2,3\n", "missing: t, sensor"),
         ("x.csv", f"{HEADING}\n0,head,1,2\n", "line 2: expected 9 columns with numbers"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n0.01,nose,0,1.6,0,0,0,0,1\n", "line 3: no sensor is called 'nose'"),
@@ -197,11 +197,11 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,90,0,0,0\n", "are these angles?"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "at least two rows of each sensor; there is one of head"),
         ("x.csv", f"{HEADING}\n", "has no rows below its heading"),
-        ("x.csv", "\x00\xff", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
-        ("x.vrpn", "nothing", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
+        ("x.csv", "\x00\xff", "expected recorded motion (BVH), motion that a laboratory captured (C3D), a table (CSV)"),
+        ("x.vrpn", "nothing", "expected recorded motion (BVH), motion that a laboratory captured (C3D), a table (CSV)"),
         ("x.vrpn", "vrpn: ver. 07.38  0\0\0\0\0\0", "no pose of a tracker"),
-        ("x.bvh", "nothing", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
-        ("x.mp3", "nothing", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
+        ("x.bvh", "nothing", "expected recorded motion (BVH), motion that a laboratory captured (C3D), a table (CSV)"),
+        ("x.mp3", "nothing", "expected recorded motion (BVH), motion that a laboratory captured (C3D), a table (CSV)"),
         ("x.txt", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "expected .bvh"),
         ("no/such.csv", None, "no such file"),
         ("such.mp3", None, "no such file"),
@@ -216,15 +216,26 @@ def test_what_cannot_be_imported_gets_one_line(tmp_path: Path, name: str, text: 
     assert "Traceback" not in done.output and not (tmp_path / "x.mcap").exists()
 
 
-def test_a_table_too_short_for_a_posture_is_told(tmp_path: Path) -> None:
-    table = tmp_path / "short.csv"
+def short_table(folder: Path) -> Path:
+    """Of a head alone, from which no posture can be computed."""
+    table = folder / "short.csv"
     table.write_text(f"{HEADING}\n" + "".join(f"{t},head,0.1,1.6,0,0,0,0,1\n" for t in (0.0, 0.01)))
-    done = call("import", table, "-o", tmp_path / "x.mcap")
-    assert done.exit_code == 0, done.output
-    assert "short: no posture could be computed" in done.stderr
-    assert "short.csv: moved by" in done.stderr and "moved by" not in done.stdout  # it comes while the wait is told of there
-    missing = call("info", tmp_path / "x.mcap").stdout
-    assert "motion of short: none at all" in missing and "glove" not in missing
+    return table
+
+
+@pytest.mark.parametrize("before", [None, b"an earlier log"])
+def test_a_table_from_which_no_posture_comes_is_refused_and_writes_nothing(tmp_path: Path, before: bytes | None) -> None:
+    table, output = short_table(tmp_path), tmp_path / "x.mcap"
+    if before is not None:
+        output.write_bytes(before)
+    done = call("import", table, "-o", output, "--force")
+    assert done.exit_code == 1, done.output
+    assert done.stdout == ""
+    remark, *error = done.stderr.splitlines()
+    assert remark.startswith("short.csv: moved by")  # it comes while the wait is told of there
+    assert len(error) == 1 and "short.csv: no posture could be computed" in error[0] and "no log was written" in error[0]
+    assert (output.read_bytes() if output.exists() else None) == before
+    assert {f.name for f in tmp_path.iterdir()} <= {"short.csv", "x.mcap"}
 
 
 def entry(kind: int, payload: bytes) -> bytes:

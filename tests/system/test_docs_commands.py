@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,7 @@ NOT_RUN = {
     r"make test$": "it runs this test",
     r"sudo ": "needs another user's rights",
     r"hub\.example\.org|192\.0\.2\.|vistel site |doctor .*--site": "needs another machine",
+    r"can you hear us": "needs a site that has joined",
     r"--from conference-room/": "names a room that a meeting of that day left",
     r"devices --": "needs a device that is attached",
     r"me\.toml|--as me$": "needs the conference file that the page shows",
@@ -88,13 +90,13 @@ class Reader:
     folder: Path
     conference: subprocess.Popen[bytes] | None = None
 
-    def start(self, command: str) -> subprocess.Popen[bytes]:
-        self.log = (self.folder / "terminal.log").open("ab")
+    def start(self, command: str, terminal: str = "terminal.log") -> subprocess.Popen[bytes]:
+        self.log = (self.folder / terminal).open("ab")
         shown = command.replace(".venv/bin/", "")
         return subprocess.Popen(["bash", "-c", f"exec {shown}"], cwd=self.folder, stdout=self.log, stderr=subprocess.STDOUT)
 
-    def said(self) -> str:
-        return (self.folder / "terminal.log").read_text("utf-8")
+    def said(self, terminal: str = "terminal.log") -> str:
+        return (self.folder / terminal).read_text("utf-8")
 
     def write(self, how: str, name: str, text: str) -> None:
         """A file of the page, or its new end."""
@@ -123,18 +125,18 @@ class Reader:
     def begin(self, command: str) -> None:
         """Start a conference that goes on."""
         self.end()
-        self.conference = started = self.start(command)
+        self.conference = started = self.start(command, "conference.log")
         wait_until(lambda: bool(running_conferences()) or started.poll() is not None, every_s=0.2)
         where = ["vistel", "world", "where"]
         wait_until(lambda: started.poll() is not None or subprocess.run(where, capture_output=True, check=False).returncode == 0)
-        assert started.poll() is None, f"{command}: ended\n{self.said()[-3000:]}"
+        assert started.poll() is None, f"{command}: ended\n{self.said('conference.log')[-3000:]}"
 
     def end(self) -> None:
         if self.conference is not None:
             self.conference.send_signal(signal.SIGINT)
             code = self.conference.wait()
             self.conference = None
-            assert code == 0, self.said()[-3000:]
+            assert code == 0, self.said("conference.log")[-3000:]
 
 
 @pytest.fixture(scope="session")
@@ -153,9 +155,20 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.fixture(scope="session")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The `PATH` of a reader whose `python` has the packages of this one. What a page installs stays in a folder of the test."""
+    own = tmp_path_factory.mktemp("packages")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(own)], check=True)
+    packages = sysconfig.get_path("purelib")
+    own_packages = Path(sysconfig.get_path("purelib", vars={"base": str(own), "platbase": str(own)}))
+    (own_packages / "beside.pth").write_text(f"import site; site.addsitedir({packages!r})\n", "utf-8")
+    return os.pathsep.join([str(own / "bin"), str(Path(sys.executable).parent), os.environ["PATH"]])
+
+
 @pytest.fixture
-def reader(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reader]:
-    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+def reader(filled: Path, programs: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reader]:
+    monkeypatch.setenv("PATH", programs)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(str(ROOT / p) for p in (".", "services", "sim", "clients/cli")))
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "user"))
     monkeypatch.setenv("BROWSER", "true")

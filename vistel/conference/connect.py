@@ -43,7 +43,9 @@ def name_shown(conference: Conference, site: str) -> str:
         return site
     found = sorted(k.stem for k in folder.glob("*.key") if k.stem != AUTHORITY)
     if site not in found and len(found) != 1:
-        raise BusError(f"{folder}: no certificate of {site} is here; the host's invitation brings it (vistel site invite)")
+        of_hub = "`vistel site certs init` with the conference file makes it, on the router's machine"
+        mend = of_hub if site == HUB_PLACE else "the host's invitation brings it (vistel site invite)"
+        raise BusError(f"{folder}: no certificate of {site} is here; {mend}")
     return site if site in found else found[0]
 
 

@@ -21,6 +21,11 @@ if TYPE_CHECKING:  # slow to load
     from vistel.conference.model import Conference
 
 
+NONE_HERE = (
+    "this machine takes part in no conference; start one with `vistel up`, wait while one prepares,"
+    " or name the file of one that runs elsewhere"
+)
+"""What to do where no conference is found. One that prepares is not noted yet."""
 _STUDIO = ".studio"
 """Ending of the file that says where studios are."""
 

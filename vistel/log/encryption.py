@@ -87,8 +87,10 @@ class _Counted:
 
 def _lines(key: str) -> list[str]:
     """A key, or those of the file that `key` names."""
-    if key.startswith(("age1", "ssh-")):
+    if key.startswith(("age1", "ssh-", _AGE_PRIVATE, _SSH_PRIVATE)):
         return [key]
+    if not Path(key).exists():
+        raise EncryptionError(f"{key}: is no public key of age or SSH, and no such file; `vistel log new-key` makes a key")
     return [line for line in map(str.strip, _text(Path(key)).splitlines()) if line and not line.startswith("#")]
 
 

@@ -40,7 +40,10 @@ def run(activity: Activity, arguments: list[str] | None = None) -> None:
 
 
 async def _played(activity: Activity, file: Path | None, participant: str | None, hub: str | None) -> None:
-    async with opened(*place_of(file, None, participant, hub)) as session:
+    conference, site, name, router = place_of(file, None, participant, hub)
+    async with opened(conference, site, name, router) as session:
+        told = (activity.__doc__ or "").strip()
+        print(f"{told}{' ' if told else ''}This runs in {conference.name} as {name}, until Ctrl-C.", flush=True)
         playing = asyncio.current_task()
         assert playing is not None
         for signum in (signal.SIGINT, signal.SIGTERM):

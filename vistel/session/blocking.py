@@ -10,7 +10,7 @@ from typing import Any, Self, TypeVar, cast
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
-from vistel.conference.running import conferences_here, router_of
+from vistel.conference.running import NONE_HERE, conferences_here, router_of
 from vistel.figure.posture.posture import Posture
 from vistel.session.asking import Answer
 from vistel.session.publisher import ParticipantPublisher
@@ -44,9 +44,7 @@ def place_of(file: Path | None, site: str | None, participant: str | None, hub: 
     if file is None:
         here = conferences_here()
         if not here:
-            raise ConferenceError(
-                "this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere"
-            )
+            raise ConferenceError(NONE_HERE)
         file, hub, elsewhere = Path(here[0].file), hub or here[0].hub, bool(here[0].site)
         participant = participant or (None if site else next(iter(here[0].people), None))
     conference = load(file, room_elsewhere=elsewhere)

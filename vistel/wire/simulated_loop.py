@@ -55,6 +55,11 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
             done.set_exception(e)
         return done
 
+    def default_exception_handler(self, context: dict[str, Any]) -> None:
+        """As asyncio's, but what a signal raised in a task is no fault of it: whoever runs the loop gets it."""
+        if not isinstance(context.get("exception"), KeyboardInterrupt | SystemExit):
+            super().default_exception_handler(context)
+
 
 class LoopClock:
     """Conference time that passes with the running loop's; see `vistel.wire.clock.Clock`."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vistel.space.commands.phrase import PhraseError, entries, read
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import set_clock
@@ -40,8 +42,6 @@ def ask(
 
       vistel ask conference.toml undo --hub tls/192.0.2.7:7447
     """
-    from vistel.space.commands.phrase import PhraseError, read, usage
-
     first = Path(words[0])
     file = Path(words.pop(0)) if first.suffix == ".toml" or (first.suffix and first.exists()) else None
     if file is not None and (fault := Takes(CONFERENCE).fault(file)):
@@ -49,9 +49,13 @@ def ask(
     try:
         action = read(" ".join(words))
     except PhraseError as e:
-        fail(f"{e}\n{usage()}", USAGE)
+        fail(f"{e}; `vistel ask --help` shows how each command is written", USAGE)
     answer = answered(file, hub, who, lambda _, __, asker: asker.ask(action))
     typer.echo(f"done: {', '.join(answer.things)}" if answer.things else "done")
+
+
+_LISTED = "\n".join(f"  {entry}" for entry in entries()).replace("[", r"\[")
+ask.__doc__ = f"{inspect.cleandoc(ask.__doc__ or '')}\n\n\b\n[bold]Commands[/bold]\n{_LISTED}"
 
 
 def answered(file: Path | None, hub: str | None, who: str | None, work: Callable[[Bus, Clock, Asker], Awaitable[Answer]]) -> Answer:

@@ -66,7 +66,7 @@ def board(
 
       vistel board --save board.pdf
 
-      vistel board --save earlier.svg --log out/latest/conference.mcap --at 60
+      vistel board --save earlier.svg --log out/latest/conference.mcap
     """
     from vistel.space.boards.stroke import UNIT
 
@@ -82,6 +82,8 @@ def board(
             participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
         fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg, --save FILE.pdf", USAGE)
     if save is not None:
+        if save.suffix.lower() not in (".svg", ".pdf"):
+            fail(f"--save {save}: expected a name that ends in .svg or .pdf", USAGE)
         if log is None:
             _save(save, which, _now(conference_file, hub), "in the room; `vistel board --new` puts one up")
         else:
@@ -165,8 +167,12 @@ def _now(conference_file: Path | None, hub: str | None) -> RoomView:
 def _of_log(file: Path, at: float | None) -> RoomView:
     """The room of a log at a second of it, or at its end."""
     import vistel.log
+    from vistel.wire.log import LogReader
+    from vistel_cli.log.piece import check_within
 
     try:
+        if at is not None:
+            check_within(LogReader(file), "--at", at)
         with vistel.log.open(file) as log:
             room = None
             for _, now in log.rooms(0.0 if at is None else max(0.0, at - vistel.log.WHOLE_S), at):
@@ -174,5 +180,5 @@ def _of_log(file: Path, at: float | None) -> RoomView:
     except vistel.log.LogError as fault:
         fail(str(fault))
     if room is None:
-        fail(f"{file} has no room at that time; `vistel log info {file}` says what it has")
+        fail(f"{file}: no room was recorded until then; `vistel log info {file}` says what it has")
     return room

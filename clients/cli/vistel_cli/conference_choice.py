@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from vistel.conference.running import Running, conferences_here, router_of, running_conferences
+from vistel.conference.running import NONE_HERE, Running, conferences_here, router_of, running_conferences
 from vistel.wire.clock import SystemClock
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
@@ -99,7 +99,7 @@ def newest() -> Running:
     """The newest conference that this machine takes part in. Ends the command where there is none."""
     here = conferences_here()
     if not here:
-        fail("this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere")
+        fail(NONE_HERE)
     _name_others(here[1:], here[0])
     return here[0]
 

@@ -49,9 +49,11 @@ class Takes:
         if found in kinds.UNSURE and any(k in kinds.TOMLS for k in self.kinds):
             return None
         if found is kinds.MISSING:
-            another = self.kinds[0] is kinds.BVH and path.suffix.lower() != ".bvh"  # of the many that are imported
-            return f"{path}: no such file{_close(path) or ('' if another else _MADE_BY.get(self.kinds[0], ''))}"
-        expected = " or ".join(dict.fromkeys(k.name for k in self.kinds))
+            first = next(iter(self.kinds), kinds.DATA)
+            another = first is kinds.BVH and path.suffix.lower() != ".bvh"  # of the many that are imported
+            return f"{path}: no such file{_close(path) or ('' if another else _MADE_BY.get(first, ''))}"
+        *others, last = dict.fromkeys(k.name for k in self.kinds)
+        expected = f"{', '.join(others)} or {last}" if others else last
         return f"{path}: expected {expected}; {found.told(path)}"
 
 

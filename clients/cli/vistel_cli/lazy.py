@@ -35,7 +35,7 @@ class Lazy:
         from vistel_cli.waiting import waiting
 
         module, attribute = self.where.split(":")
-        with waiting(f"loading {name}"), _interruptible():
+        with waiting(f"loading {name}"), interruptible():
             found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
@@ -57,7 +57,7 @@ class Lazy:
 
 
 @contextmanager
-def _interruptible() -> Iterator[None]:
+def interruptible() -> Iterator[None]:
     """Ctrl-C within the block ends the command, also where a module that is being imported loses it."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -88,8 +88,16 @@ def _end(signum: int, _: object) -> None:
     sys.exit(128 + signum)
 
 
+def _raised(error: BaseException) -> BaseException | None:
+    """What a signal raised: where a kernel was called just then, Python tells it as the cause of a SystemError."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt | SystemExit):
+        cause = cause.__cause__
+    return cause
+
+
 def main() -> None:
-    """Entry point. Exit code 0: success, 1: failure, 2: wrong usage, 143: ended by SIGTERM."""
+    """Entry point. Exit code 0: success, 1: failure, 2: wrong usage, 130: ended by Ctrl-C before it was done, 143: by SIGTERM."""
     gc.set_threshold(COLLECT_AFTER)
     signal.signal(signal.SIGTERM, _end)  # else what the command started goes on without it
     for stream in (sys.stdout, sys.stderr):
@@ -105,7 +113,13 @@ def main() -> None:
     except Exception as e:
         from vistel_cli.unexpected import tell
 
-        code = tell(e)
+        match _raised(e):
+            case KeyboardInterrupt():
+                code = 128 + signal.SIGINT
+            case SystemExit() as ended:
+                code = ended.code
+            case _:
+                code = tell(e)
     if "zenoh" not in sys.modules or not isinstance(code, int):
         sys.exit(code)
     logging.shutdown()

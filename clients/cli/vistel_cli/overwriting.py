@@ -1,8 +1,11 @@
-"""No command writes over a file that was there before it, unless it is told to with --force."""
+"""Where a command may write: over no file that was there before, unless it is told to with --force, and in folders that exist."""
 
 from __future__ import annotations
 
 import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,14 +18,23 @@ Force = Annotated[bool, typer.Option("--force", is_eager=True, help="Write over 
 
 
 def out_file(help: str, *names: str) -> Any:
-    """An option for a file to write, by default -o and --out. Where the file exists, or one written beside it, it is refused."""
+    """An option for a file to write, by default -o and --out. Where the file exists, or one written beside it, it is refused, and
+    so is a place where there is no folder: before the work, not after it."""
 
     def checked(context: typer.Context, file: Path | None) -> Path | None:
         if file is not None:
+            _need_folder(file)
             keep_existing(file, *_beside(file), force=context.params["force"])
         return file
 
     return typer.Option(*(names or ("-o", "--out")), help=help, callback=checked)
+
+
+def _need_folder(file: Path) -> None:
+    if os.path.isdir(file):
+        fail(f"{file}: cannot be written: it is a folder; name a file in it")
+    if not os.path.isdir(file.parent):
+        fail(f"{file}: cannot be written: there is no folder {file.parent}; make it first, or name another place")
 
 
 def keep_existing(*files: Path, force: bool) -> None:
@@ -31,6 +43,19 @@ def keep_existing(*files: Path, force: bool) -> None:
     if there and not force:
         more = f" (and {len(there) - 1} more)" if len(there) > 1 else ""
         fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force")
+
+
+@contextmanager
+def written_whole(output: Path) -> Iterator[Path]:
+    """A place beside `output` to write to. What is there at the end of the block is moved to `output`; where the block is left
+    before, as on Ctrl-C, nothing stays. Ends the command with one line where the system refuses."""
+    try:
+        with tempfile.TemporaryDirectory(prefix=".vistel-", dir=output.parent) as folder:
+            made = Path(folder) / output.name
+            yield made
+            made.replace(output)
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror or e}")
 
 
 def keep_source(source: Path, output: Path) -> None:

@@ -60,7 +60,6 @@ def wall(
         output = Path("wall.png")
         keep_existing(output, force=force)
     try:
-        output.parent.mkdir(parents=True, exist_ok=True)
         Image.fromarray(picture).save(output)
     except (OSError, ValueError) as e:
         fail(f"{output}: cannot be written: {e}", FAILED)

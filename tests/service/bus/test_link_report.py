@@ -108,9 +108,9 @@ def test_losses_over_quic_need_no_advice(file: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (["FILE"], "whose link? --site with one of tokyo, columbus"),
+        (["FILE"], "conference.toml: expected --site with one of tokyo, columbus"),
         (["--site", "tokyo"], "expected the conference file of the site"),
-        (["FILE", "--site", "lima"], "one of tokyo, columbus; lima is none of them"),
+        (["FILE", "--site", "lima"], "no site is called 'lima'; expected --site with one of tokyo, columbus"),
         (["FILE", "--site", "tokyo", "--hub", "tcp/127.0.0.1:9"], "127.0.0.1:9"),
     ],
 )

@@ -4,6 +4,8 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = """
 import time
 import vistel_cli.main as command
@@ -26,3 +28,22 @@ def test_a_command_that_is_told_to_end_first_ends_what_it_started() -> None:
         process.terminate()
         assert process.stdout.read() == "ends what it started\n"
     assert process.returncode == 128 + signal.SIGTERM
+
+
+@pytest.mark.parametrize(("raised", "code"), [("KeyboardInterrupt()", 130), ("SystemExit(143)", 143)])
+def test_a_signal_that_came_while_a_kernel_was_called_is_no_fault(raised: str, code: int) -> None:
+    program = f"""
+import vistel_cli.main as command
+
+def kernel() -> None:
+    try:
+        raise SystemError("inner") from {raised}
+    except SystemError as e:
+        raise SystemError("returned a result with an exception set") from e
+
+command.app = kernel
+command.main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert done.stderr == ""

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from vistel_cli.lazy import every_command
 from vistel_cli.main import app
+from vistel_cli.overwriting import written_whole
 
 SCENE = Path(__file__).resolve().parents[3] / "examples" / "scenes" / "blobs.toml"
 EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
@@ -41,6 +42,37 @@ def test_a_file_that_exists_stays_as_it_was(words: tuple[str, ...], tmp_path: Pa
     assert "exists already" in done.stderr and "--force" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert {f.name for f in tmp_path.iterdir()} == {"there.png", "new.png", "new_texture.png", "new_textures"}
+
+
+@pytest.mark.parametrize(
+    ("place", "why"),
+    [("missing/new.png", "there is no folder missing; make it first"), ("there", "it is a folder; name a file in it")],
+)
+def test_a_place_without_a_folder_is_refused_before_the_work(
+    place: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("there").mkdir()
+    for words in (("trace", str(SCENE)), ("log", "import", str(SCENE)), ("wall", str(SCENE))):
+        done = CliRunner().invoke(app, [*words, "-o", place, "--force"])
+        assert done.exit_code == 1
+        assert f"{place}: cannot be written: {why}" in done.stderr
+        assert len(done.stderr.splitlines()) == 1
+    assert [f.name for f in tmp_path.iterdir()] == ["there"]
+
+
+@pytest.mark.parametrize("before", [None, "mine"])
+def test_of_what_is_not_written_to_its_end_nothing_is_left(before: str | None, tmp_path: Path) -> None:
+    output = tmp_path / "x.mcap"
+    if before is not None:
+        output.write_text(before)
+    with pytest.raises(KeyboardInterrupt), written_whole(output) as made:
+        made.write_text("half")
+        raise KeyboardInterrupt
+    assert {f.name: f.read_text() for f in tmp_path.iterdir()} == ({} if before is None else {"x.mcap": before})
+    with written_whole(output) as made:
+        made.write_text("whole")
+    assert {f.name: f.read_text() for f in tmp_path.iterdir()} == {"x.mcap": "whole"}
 
 
 def test_with_force_it_is_written_over(tmp_path: Path) -> None:

@@ -20,10 +20,10 @@ def run(*arguments: str) -> tuple[int, str]:
 
 
 def test_the_picture_has_every_screen_in_its_pixels(tmp_path: Path) -> None:
-    code, said = run(str(V_WALL), "-o", str(tmp_path / "deep" / "wall.png"))
+    code, said = run(str(V_WALL), "-o", str(tmp_path / "wall.png"))
     assert code == 0, said
     assert "2 screens, 1280x480" in said
-    with Image.open(tmp_path / "deep" / "wall.png") as picture:
+    with Image.open(tmp_path / "wall.png") as picture:
         assert picture.size == (1280, 480)
 
 

@@ -175,7 +175,7 @@ def test_a_time_after_the_end_of_a_log_is_refused(room: Path, tmp_path: Path) ->
         assert result.exit_code != 0 and f"{words[2]} 12.5: the log ends at 5.0 s" in result.output
     _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="need a conference file", code=2)
     _refused("export", room, "-o", tmp_path / "a.obj", says="expected a name that ends in")
-    _refused("export", room, "-o", tmp_path / "gone" / "a.usda", says="there is no directory")
+    _refused("export", room, "-o", tmp_path / "gone" / "a.usda", says="there is no folder")
 
 
 # -- files that cannot be used -----------------------------------------------------------------------------------
@@ -222,7 +222,7 @@ def test_what_is_in_the_way_is_one_line(room: Path, tmp_path: Path) -> None:
     for ending in ("usda", "usdz", "glb"):
         (tmp_path / f"taken.{ending}").mkdir()
         _refused("export", room, "-o", tmp_path / f"taken.{ending}", "--force", says="cannot be written")
-    _refused("show", room, "--picture", tmp_path / "gone" / "a.png", says="there is no directory")
+    _refused("show", room, "--picture", tmp_path / "gone" / "a.png", says="there is no folder")
     _refused("show", room, "--picture", tmp_path / "a.png", "--size", "wide", says="size", code=2)
 
 

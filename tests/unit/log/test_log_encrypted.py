@@ -88,6 +88,8 @@ def refused(folder: Path, data: bytes) -> None:
     ("keys", "said"),
     [
         (lambda f: [str(f / "ann.key")], "a private key was given"),
+        (lambda f: [(f / "ann.key").read_text().splitlines()[-1]], "^a private key was given"),
+        (lambda f: ["nobody.pub"], "nobody.pub: is no public key of age or SSH, and no such file"),
         (lambda f: ["age1nonsense"], "is no public key"),
         (lambda f: ["ssh-rsa nonsense"], "is no public key"),
         (lambda f: [str(MEETING)], "is no file of keys"),

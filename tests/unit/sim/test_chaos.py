@@ -8,6 +8,7 @@ import pytest
 
 from vistel.messages.world.verify import Record
 from vistel.v1.service_pb2 import ImageDelay
+from vistel_sim.chaos.__main__ import main
 from vistel_sim.chaos.invariants import Span, files_back, memory_back, no_stale_motion
 from vistel_sim.chaos.kinds import KINDS, Target
 from vistel_sim.chaos.plan import LASTING_S, MOVE, planned
@@ -82,3 +83,14 @@ def test_a_process_that_dies_unasked_is_found(tmp_path: Path, line: str, found: 
     faults = "event=fault name=world-failure target=hub/world seconds=0", "event=fault name=hang target=tokyo/renderer seconds=2"
     log.write_text("".join(f"2026-01-01 ERROR hub/supervisor {said}\n" for said in (*faults, line)))
     assert died(log) == found
+
+
+@pytest.mark.parametrize("words", [("--minutes", "0"), ("--minutes", "-1"), ("--minutes", "nan"), ("--quiet", "-5")])
+def test_a_time_that_cannot_be_is_refused_before_anything_starts(
+    words: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["chaos", *words, "--out", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert list(tmp_path.iterdir()) == []

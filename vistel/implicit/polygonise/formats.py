@@ -41,7 +41,7 @@ def writable(path: Path) -> str | None:
     if path.is_dir():
         return f"{path} is a directory, expected a file"
     if not path.parent.is_dir():
-        return f"{path}: there is no directory {path.parent}"
+        return f"{path}: there is no folder {path.parent}"
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     except OSError as fault:

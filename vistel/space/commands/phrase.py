@@ -42,16 +42,20 @@ def read(line: str) -> Action:
     raise PhraseError(f"there is no command {words[0]!r}; there are {', '.join(known)}")
 
 
-def usage() -> str:
-    """What can be typed, one or two commands a line."""
+def entries() -> list[str]:
+    """What can be typed: verbs that are typed alike, and what follows them."""
     verbs: dict[tuple[str, str], list[str]] = {}
     for command, typed in typed_lines():
         rest = " ".join(_placeholder(command, token) for token in typed.rest)
         group = command.name if rest or " " in typed.verb else ""
         verbs.setdefault((group, rest), []).append(typed.verb)
+    return [f"{'|'.join(some)} {rest}".strip() for (_, rest), some in verbs.items()]
+
+
+def usage() -> str:
+    """What can be typed, one or two commands a line."""
     lines = [""]
-    for (_, rest), some in verbs.items():
-        entry = f"{'|'.join(some)} {rest}".strip()
+    for entry in entries():
         if lines[-1] and len(lines[-1]) + 3 <= _SECOND_COLUMN and len(entry) < 72:
             lines[-1] = f"{lines[-1]:{_SECOND_COLUMN}}{entry}"
         else:

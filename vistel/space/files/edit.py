@@ -22,16 +22,6 @@ from vistel.space.things.things import PhysicsMaterial, Thing
 
 Changed = tuple[Interior, str]
 
-USAGE = """\
-set THING|all KEY=VALUE ...   mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id
-move THING [to=X,Y,Z] [by=X,Y,Z] [turn=DEGREES]
-add ID [shape=ball|lump|bar] [size=M] [at=X,Z] [mass=KG] [rigidity=R] [colour=#rrggbb] [elasticity=E] [name=TEXT]
-add ID file=PATH [at=X,Z] [turn=DEGREES] [fixed=yes|no] [mass=KG] [rigidity=R] [colour=#rrggbb] [name=TEXT]
-remove THING ...
-seat N|new at=X,Z [heading=DEGREES]
-seat N remove
-Several changes stand in one line with `then` between them."""
-
 HEAVIEST = 50.0
 """Greatest mass of a thing [kg]."""
 FARTHEST = 50.0

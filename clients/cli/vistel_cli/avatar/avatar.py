@@ -236,8 +236,6 @@ def inspect(
     from vistel.figure.making.report import inspect_avatar, verdict
 
     avatar = load_or_make(file)
-    if sheet is not None and not sheet.parent.is_dir():
-        fail(f"{sheet}: there is no directory {sheet.parent}")
     with busy("inspecting the avatar", not as_json):
         said, fit = inspect_avatar(avatar)
     if sheet is not None:
@@ -277,8 +275,6 @@ def export(
     known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
     if ending not in known:
         fail(f"{output}: expected a name that ends in {', '.join(known)}")
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}")
     avatar = load_or_make(file, output.stem)
     if ending in USD_ENDINGS:
         save(avatar, output, not as_json)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -38,15 +39,17 @@ def load(file: Path) -> Avatar:
             fail(f"{file}: cannot be read: {fault.strerror or fault}")
 
 
-def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
-    """The avatar in a file, or the built-in one that "builtin:…" describes. Ends the command with one line when there is none."""
+def load_or_make(spec: str, name: str = "", height: float = 1.75) -> Avatar:
+    """The avatar in a file, or the built-in one that "builtin:…" describes. Ends the command with one line when there is none.
+    name: of a built-in one; default: that of the person in the description."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
     with busy("making the person", True):
         from vistel.figure.people.builtin import builtin_avatar
 
         try:
-            return builtin_avatar(spec, name=name, height=height)
+            named = re.search(r"\bperson=(\w+)", spec)
+            return builtin_avatar(spec, name=name or (named[1] if named else "somebody"), height=height)
         except ValueError as fault:
             fail(str(fault), USAGE)
 
@@ -70,8 +73,6 @@ def check_output(output: Path) -> None:
 
     if output.suffix.lower() not in USD_ENDINGS:
         fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}")
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}")
 
 
 def save(avatar: Avatar, output: Path, show: bool) -> None:

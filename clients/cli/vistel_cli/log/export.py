@@ -1,5 +1,6 @@
 """`vistel log export`: a log, or something of it, for other programs."""
 
+import importlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,6 +10,7 @@ import typer
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
+from vistel_cli.lazy import interruptible
 from vistel_cli.log.study import A_LOG, Begin, End, opened
 from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
@@ -21,6 +23,9 @@ BVH_FPS = 60.0
 """Frames per second of motion, as it is recorded."""
 USD_FPS = 30.0
 """Samples per second of a whole conference."""
+_WAYS = {f".{kind}": f"--{kind} NAME" for kind in ("csv", "npz", "parquet", "bvh", "c3d", "glb", "wav")}
+_WAYS |= {".mcap": "--foxglove", ".rrd": "--rerun"}
+"""The option that belongs to a file's ending; without one of these a USD file is written."""
 
 
 def export(
@@ -78,10 +83,10 @@ def export(
     if len(asked) > 1:
         fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
     if not asked:
+        if (way := _WAYS.get(output.suffix.lower())) is not None:
+            fail(f"{output}: expected {way} as well, which says what to write", USAGE)
         _usd(log, output, begin, end, fps or USD_FPS)
         return
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}")
     found = opened(log)
     writers: dict[str, Callable[[], str]] = {
         "--csv": lambda: _csv(found, numbers or (), output, begin, end),
@@ -98,7 +103,8 @@ def export(
 
 
 def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -> None:
-    with waiting("loading"):
+    with waiting("loading"), interruptible():
+        importlib.import_module("pxr.UsdSkel")  # loses Ctrl-C while it is loaded
         from vistel_cli.log.usd import export_usd  # the mathematics
 
     try:

@@ -13,13 +13,14 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, LEAP, VRPN
 from vistel_cli.log.imported.recorded import NAME, SITE, Film, Recorded, Said
-from vistel_cli.overwriting import Force, keep_existing, out_file
+from vistel_cli.overwriting import Force, keep_existing, out_file, written_whole
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
 
 BEGIN_NS = 1_577_836_800_000_000_000
 """Conference time at which an imported log begins, 1 January 2020: files of motion do not say when they were recorded [ns]."""
 MOST_PEOPLE = 24
+NO_POSTURE = "no posture could be computed; the file may be too short, or hold too few sensors at a time"
 KINDS = (
     ".bvh (motion), .csv (6-DoF sensors), .c3d (clusters of marks), .vrpn (what a VRPN server logged),"
     " .json or .json.lz (hands over a Leap Motion), a folder with a bag of ROS 2, with Hands/Left_sync.txt (a HoloLens),"
@@ -76,7 +77,7 @@ def import_(
     """
     delays = [*(delay or []), *[0.0] * len(files)][: len(files)]
     if len(delay or []) > len(files):
-        fail(f"--delay: is given {len(delay or [])} times, for {len(files)} files", USAGE)
+        fail(f"--delay: is given {len(delay or [])} times, for {len(files)} {'file' if len(files) == 1 else 'files'}", USAGE)
     said = Said(height, unit, up, clock, _frames(frame or []))
     with waiting(f"reading {', '.join(path.name for path in files)}"):
         found = [_read(path, said) for path in files]
@@ -87,7 +88,7 @@ def import_(
         fail(f"{len(people)} people: expected at most {MOST_PEOPLE}")
     _name_apart(people)
     conference = _conference(people, [thing for f in found for thing in f.props])
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, waiting("computing the room"):
+    with written_whole(output) as made, tempfile.TemporaryDirectory(prefix="vistel-") as folder, waiting("computing the room"):
         raw = Path(folder) / "raw.mcap"
         text = text_of(conference)
         with LogWriter(raw, text) as writer:
@@ -95,14 +96,16 @@ def import_(
             for topic, key, message, t_ns in sorted((m for of in begun for m in of), key=lambda m: m[3]):
                 message.header.version = 1
                 writer.write(topic, key, message, t_ns)
-        _complete(raw, conference, output, "devices" if any(f.solved for f in found) else "motion")
+        _complete(raw, conference, made, "devices" if any(f.solved for f in found) else "motion")
+        moved = {record.names["participant"] for record in LogReader(made).records(("motion",))}
+        if not moved:
+            names = ", ".join(map(str, files))
+            fail(f"{names}: {NO_POSTURE}; no log was written")
     length = max(f.seconds + late for f, late in zip(found, delays, strict=True))
     out.print(f"{length:.1f} s of {', '.join(p['name'] for p in people)} written to {output}", soft_wrap=True)
-    reader = LogReader(output)
-    moved = {record.names["participant"] for record in reader.records(("motion",))}
     for name in (p["name"] for p in people if p["name"] not in moved):
-        print_warning(f"{name}: no posture could be computed; the file may be too short, or hold too few sensors at a time")
-    begun_ns = reader.begin_ns
+        print_warning(f"{name}: {NO_POSTURE}")
+    begun_ns = LogReader(output).begin_ns
     for film, late, path in films:
         with waiting(f"writing {path}"):
             told = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)
@@ -184,11 +187,8 @@ def _complete(raw: Path, conference: Conference, output: Path, source: str) -> N
     reader = LogReader(raw)
     world.preload(conference)
     posture.preload(conference)
-    try:
-        # A log's end is the time of its last message, which counts.
-        replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
-    except OSError as e:
-        fail(f"--out {output}: cannot be written: {e.strerror}")
+    # A log's end is the time of its last message, which counts.
+    replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
 
 
 def _conference(people: list[dict[str, Any]], props: list[str]) -> Conference:

@@ -14,7 +14,7 @@ from vistel_cli.log.importing import import_
 from vistel_cli.log.piece import piece_of
 from vistel_cli.log.redact import redact
 from vistel_cli.log.study import diff, grep, reading, stats
-from vistel_cli.overwriting import Force, keep_source, out_file
+from vistel_cli.overwriting import Force, keep_source, out_file, written_whole
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_cli.waiting import waiting
 
@@ -106,9 +106,6 @@ def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_
     from vistel.log.exports import write_records
 
     records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
-    try:
-        with waiting(lambda: f"writing {output.name}: {reader.share_read:.0%} of {log.name} read"):
-            count = write_records(reader, records, output)
-    except OSError as e:
-        fail(f"--out {output}: cannot be written: {e.strerror}")
+    with written_whole(output) as made, waiting(lambda: f"writing {output.name}: {reader.share_read:.0%} of {log.name} read"):
+        count = write_records(reader, records, made)
     out.print(f"{count} messages written to {output}", soft_wrap=True)

@@ -8,7 +8,7 @@ import typer
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
-from vistel_cli.overwriting import Force, keep_source, out_file
+from vistel_cli.overwriting import Force, keep_source, out_file, written_whole
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_cli.waiting import waiting
 
@@ -43,12 +43,10 @@ def redact(
 
     try:
         reader = LogReader(log)
-        with waiting(lambda: f"writing {output.name}: {done:.0%}"):
-            found = write(reader, output, name or (), progress)
+        with written_whole(output) as made, waiting(lambda: f"writing {output.name}: {done:.0%}"):
+            found = write(reader, made, name or (), progress)
     except (LogError, RedactError) as e:
         fail(str(e))
-    except OSError as e:
-        fail(f"--out {output}: cannot be written: {e.strerror}")
     for line in reader.damage:
         print_warning(f"{log}: {line}")
     out.print(f"{found.written} messages written to {output}, {found.left_out} left out", soft_wrap=True)

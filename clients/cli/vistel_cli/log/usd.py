@@ -25,8 +25,6 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
 
     if output.suffix.lower() not in ENDINGS:
         fail(f"{output}: expected a name that ends in {', '.join(ENDINGS)}")
-    if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}")
     if reader.conference is None:
         fail(f"{log}: holds no conference file; VISTEL did not write it")
     begin_s, end_s = piece_of(reader, begin_s, end_s)

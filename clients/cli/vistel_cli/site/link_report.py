@@ -44,7 +44,7 @@ def report(file: Path, site: str | None, hub: str | None, as_json: bool) -> int:
     conference = load_conference(file, room_elsewhere=True)
     names = [s.name for s in conference.sites]
     if site not in names:
-        fail(f"{file}: whose link? --site with one of {', '.join(names)}{f'; {site} is none of them' if site else ''}", USAGE)
+        fail(f"{file}: {f'no site is called {site!r}; ' if site else ''}expected --site with one of {', '.join(names)}", USAGE)
     endpoint = endpoint_of(conference, hub)
     check_link(conference, site, endpoint)
     err.print(f"measuring the link to {endpoint}, about ten seconds")

@@ -58,8 +58,6 @@ def show(
     from vistel_cli.scene.trace import picture_size
 
     pixels = picture_size(size) or (960, 540)
-    if picture is not None and not picture.parent.is_dir():
-        fail(f"--picture {picture}: there is no directory {picture.parent}")
     interior = opened(file, show=not as_json)
     if as_json:
         print(json.dumps(_facts(interior)))
@@ -78,9 +76,20 @@ def edit(
 ) -> None:
     """Change a room file. If one change fails, none is made.
 
-    set THING|all KEY=VALUE ...  with mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id;
-    move THING to=X,Y,Z by=X,Y,Z turn=DEGREES;  add ID shape=ball|lump|bar or file=PATH, at=X,Z ...;  remove THING ...;
-    seat N|new at=X,Z heading=DEGREES.  `then` separates several changes.
+    Changes are written as below; `then` stands between two of them.
+
+    \b
+      set THING|all KEY=VALUE ...
+          KEY: mass, density, rigidity, elasticity, recovery, sticky, bears,
+               colour, shape, name, id
+      move THING \\[to=X,Y,Z] \\[by=X,Y,Z] \\[turn=DEGREES]
+      add ID \\[shape=ball|lump|bar] \\[size=M] \\[at=X,Z] \\[mass=KG] \\[rigidity=R]
+          \\[colour=#rrggbb] \\[elasticity=E] \\[name=TEXT]
+      add ID file=PATH \\[at=X,Z] \\[turn=DEGREES] \\[fixed=yes|no] \\[mass=KG]
+          \\[rigidity=R] \\[colour=#rrggbb] \\[name=TEXT]
+      remove THING ...
+      seat N|new at=X,Z \\[heading=DEGREES]
+      seat N remove
 
     [bold]Examples[/bold]
 
@@ -89,7 +98,6 @@ def edit(
       vistel world edit room.usda add mug file=mug.glb at=0.2,0.1 then remove cone -o other.usda
     """
     with busy("loading", True):
-        from vistel.space.files.edit import USAGE as LINES
         from vistel.space.files.edit import edited
         from vistel.space.files.faults import RoomFileError
 
@@ -100,7 +108,7 @@ def edit(
         with busy("changing", True):
             changed, told = edited(interior, changes)
     except RoomFileError as fault:
-        fail(f"{fault}\n{LINES}", USAGE)
+        fail(f"{fault}; `vistel world edit --help` shows how changes are written", USAGE)
     _save(replace(changed, notes=()), target)
     for line in (*told, *changed.notes):
         out.print(line, soft_wrap=True)
@@ -163,8 +171,6 @@ def _check_output(path: Path, *, glb: bool) -> None:
     if path.suffix.lower() not in endings:
         more = "" if glb else "; write it elsewhere with -o"
         fail(f"{path}: expected a name that ends in {', '.join(endings)}{more}")
-    if not path.parent.is_dir():
-        fail(f"{path}: there is no directory {path.parent}")
 
 
 def _save(interior: Interior, path: Path) -> None:

@@ -84,6 +84,18 @@ def test_everything_that_would_fail_is_reported_at_once_and_nothing_starts(
     assert not Path("out").exists()
 
 
+def test_a_folder_of_certificates_that_is_missing_gets_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    routed = 'mode = "routed"\nendpoints = ["tls/127.0.0.1:7"]\ntls = { folder = "certificates" }\n'
+    Path("c.toml").write_text(f'[bus]\n{routed}[[sites]]\nname = "tokyo"\n[[sites.participants]]\nname = "aiko"\n')
+    done = CliRunner().invoke(app, ["up", "c.toml", "--plan"], env={"COLUMNS": "200"})
+    assert done.exit_code == 1
+    assert "error: c.toml:4: bus.tls.folder: " in done.stderr and 'certificates": no such file' in done.stderr
+    joined = CliRunner().invoke(app, ["site", "join", "c.toml", "tokyo"], env={"COLUMNS": "200"})
+    assert joined.exit_code == 1
+    assert "certificates: no certificate of tokyo is here; the host's invitation brings it" in joined.stderr
+
+
 def test_a_room_that_is_missing_hides_no_other_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     people = "[[sites]]\nname = 'tokyo'\n[[sites.participants]]\nname = 'aiko'\nmotion = 'nope'\navatar = 'me.usda'\n"

@@ -143,7 +143,7 @@ def test_the_command_takes_a_tolerance_and_keeps_polygons(words: tuple[str, ...]
 @pytest.mark.parametrize(
     ("text", "words", "expected"),
     [
-        ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n', ("-o", "no/such/place.obj"), "there is no directory"),
+        ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n', ("-o", "no/such/place.obj"), "there is no folder"),
         ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n', ("-o", "a.stl"), "expected .obj"),
         ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n', ("-o", "a.obj", "--resolution", "9", "--tolerance", "1"), "one of them"),
         ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n', ("-o", "a.obj", "--tolerance", "1e-9"), "GiB"),
