@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64, I32, I64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
@@ -57,14 +57,18 @@ class Build:
         return self.digit >= 0
 
     @cached_property
-    def _shapes(self) -> PrimitiveSet:
-        return PrimitiveSet.of_cone_spheres(self.body.a, self.body.b, self.body.radius_a, self.body.radius_b)
+    def radius(self) -> list[float]:
+        """The mean radius of each primitive [m]."""
+        return (0.5 * (self.body.radius_a + self.body.radius_b)).tolist()
 
-    def primitives(self, body: PosedBody) -> PrimitiveSet:
-        """The body's primitives, as `PrimitiveSet.of_cone_spheres` gives them."""
-        params = self._shapes.params.reshape(-1, 8).copy()
-        params[:, 0:3], params[:, 3:6] = body.a, body.b
-        return replace(self._shapes, params=params.reshape(-1))
+    @cached_property
+    def _of_primitive(self) -> list[int]:
+        return self.digit.tolist()
+
+    def digits_of(self, primitives: I32) -> list[int]:
+        """`digit` of some primitives."""
+        numbers: list[int] = primitives.tolist()
+        return [self._of_primitive[i] for i in numbers]
 
 
 @lru_cache(maxsize=MOST_BUILDS)
@@ -194,7 +198,7 @@ def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Po
     else:
         joints = pose_joints(build.skeleton, figure.posture)
         body = pose_body(build.body, joints)
-        primitives = build.primitives(body)
+        primitives = PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:

@@ -115,6 +115,11 @@ class Solids:
         return placed(self.fixed)
 
     @cached_property
+    def owners(self) -> tuple[list[int], list[int]]:
+        """The thing of each primitive of `fixed`, and of `loose`."""
+        return self.owner[self.fixed_rows].tolist(), self.owner[self.loose_rows].tolist()
+
+    @cached_property
     def _loose(self) -> tuple[PrimitiveSet, I64]:
         return _rows(self.primitives, self.loose_rows), self.owner[self.loose_rows]
 
@@ -124,6 +129,16 @@ class Solids:
         out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
         pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
         return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
+
+    @cached_property
+    def _fixed_and_loose(self) -> PrimitiveSet:
+        return PrimitiveSet.join([self.fixed, self._loose[0]])
+
+    def with_loose(self, loose: PrimitiveSet) -> PrimitiveSet:
+        """The primitives of `fixed`, then of `loose` where it is."""
+        both, fixed = self._fixed_and_loose, self.fixed
+        rotation, position = np.concatenate([fixed.rotation, loose.rotation]), np.concatenate([fixed.position, loose.position])
+        return PrimitiveSet(both.kind, both.start, both.params, rotation, position)
 
 
 def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tuple[Joint, ...] = ()) -> Solids:
