@@ -28,7 +28,7 @@ MAX_SPIN = 40.0
 
 
 @compiled
-def inertia(kind, start, params, rotation, position, first, end, radius, grid):
+def inertia(kind, start, params, rotation, position, radius, grid):
     """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
     out = np.zeros((3, 3))
     seen, x = np.empty(5), np.empty(3)
@@ -36,7 +36,7 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
     for i in range(grid**3):
         for axis in range(3):
             x[axis] = ((i // grid**axis % grid + 0.5) / grid * 2.0 - 1.0) * radius
-        for k in range(first, end):
+        for k in range(len(kind)):
             d = x - position[k]
             r = rotation[k]
             a = r[0, 0] * d[0] + r[1, 0] * d[1] + r[2, 0] * d[2]

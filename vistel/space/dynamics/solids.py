@@ -1,8 +1,9 @@
 """Things as flat arrays for the kernels: posed primitives, contact points on the surface, mass and inertia."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -179,11 +180,19 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tupl
         elif not thing.fixed and thing.inertia is not None:
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * thing.inertia)
         elif not thing.fixed:
-            unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
-                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1], out.radius[n], GRID
-            )
-            out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
+            parts = tuple((p.kind, p.params, tuple(p.rotation.tolist()), tuple(p.position.tolist())) for p in thing.primitives)
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * _unit_inertia(parts, float(out.radius[n])))
     return out
+
+
+@lru_cache(1024)
+def _unit_inertia(parts: tuple[tuple[str, tuple[float, ...], tuple[float, ...], tuple[float, ...]], ...], radius: float) -> F64:
+    """(3, 3) inertia per kilogram of a thing: kind, params, rotation and position of its primitives; its radius [m]. It takes a
+    millisecond, and a room is made several times before its first step."""
+    rotation, position = _matrices([p[2] for p in parts]), np.array([p[3] for p in parts], np.float64)
+    s = PrimitiveSet.of_kinds([p[0] for p in parts], [p[1] for p in parts], rotation, position)
+    unit: Any = inertia(s.kind, s.start, s.params, s.rotation, s.position, radius, GRID)  # pyright: ignore[reportUnknownVariableType]
+    return np.asarray(unit, np.float64)
 
 
 def _without_notes(j: Joined, things: tuple[Thing, ...]) -> Joined:
@@ -217,7 +226,7 @@ def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
     return PrimitiveSet(s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows]))
 
 
-def _matrices(quaternions: list[F64]) -> F64:
+def _matrices(quaternions: Sequence[Sequence[float] | F64]) -> F64:
     out = np.empty((len(quaternions), 3, 3))
     matrices(np.array(quaternions, np.float64).reshape(-1, 4), out)
     return out
