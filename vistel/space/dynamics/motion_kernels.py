@@ -55,6 +55,26 @@ def inertia(kind, start, params, rotation, position, radius, grid):
 
 
 @compiled
+def lost(position, rotation, velocity, spin, radius, height):
+    """(N,) whether a thing is farther than `radius` from the middle of the room, or than `height` from the floor [m], or has
+    numbers that are not finite."""
+    out = np.zeros(len(position), np.bool_)
+    for n in range(len(position)):
+        x, y, z = position[n]
+        finite = np.isfinite(rotation[n]).all() and np.isfinite(velocity[n]).all() and np.isfinite(spin[n]).all()
+        out[n] = not (finite and math.hypot(x, z) < radius and abs(y) < height)  # no comparison holds for NaN
+    return out
+
+
+@compiled
+def changed(position, rotation, velocity, spin, mode, before_p, before_r, before_v, before_s, before_mode, pose, speed):
+    """Into `pose` and `speed` (N,): whether each thing's pose or mode is another than before, and its velocity or spin."""
+    for n in range(len(mode)):
+        pose[n] = mode[n] != before_mode[n] or (position[n] != before_p[n]).any() or (rotation[n] != before_r[n]).any()
+        speed[n] = (velocity[n] != before_v[n]).any() or (spin[n] != before_s[n]).any()
+
+
+@compiled
 def pose(owner, local_r, local_p, body_r, body_p, out_r, out_p):
     """Poses of things' primitives in the room: body pose of thing `owner[k]` times the local pose of primitive k, into `out_r`
     (K, 3, 3) and `out_p` (K, 3) [m]."""
