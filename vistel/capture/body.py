@@ -100,10 +100,10 @@ class BodyCapture:
         side = self.person.gloves.get(frame.device)
         if side is None:
             return
-        angles = np.array(frame.angles, np.float64)
-        if angles.shape != (HAND_DOF_COUNT,) or not np.isfinite(angles).all():
+        if len(frame.angles) != HAND_DOF_COUNT or not all(map(math.isfinite, frame.angles)):
             self.rejected += 1
             return
+        angles = np.array(frame.angles, np.float64)
         t = self._seconds(frame.header.t_ns)
         if side not in self._gloves or t > self._gloves[side]:
             self._gloves[side] = t
