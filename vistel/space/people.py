@@ -1,6 +1,6 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -140,15 +140,8 @@ class PersonState:
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
             return self
-        return replace(
-            self,
-            posture=motion.posture,
-            before=self.posture,
-            seq=motion.seq,
-            t_ns=motion.t_ns,
-            before_t_ns=self.t_ns,
-            appeared=step if self.posture is None else self.appeared,
-        )
+        appeared = step if self.posture is None else self.appeared
+        return PersonState(self.person, motion.posture, self.posture, motion.seq, motion.t_ns, self.t_ns, appeared)
 
 
 def flexion(posture: Posture) -> F64:

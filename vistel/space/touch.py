@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vistel.arrays import I64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.space.dynamics.solids import Solids
 from vistel.space.people import Posed
@@ -72,8 +71,8 @@ class Touches:
         for name in sorted(posed):
             p, fixed, old = posed[name], rest[name], same.get(name)
             views = [_with_person(p, other, skin[name, other]) for other in met.get(name, ())]
-            kept[name] = old if old is not None and old[0] is fixed else (fixed, _with_things(p, fixed, s.fixed_rows, s))
-            views += [kept[name][1], _with_things(p, near[name], None, s)]
+            kept[name] = old if old is not None and old[0] is fixed else (fixed, _with_things(p, fixed, s.fixed_places, s))
+            views += [kept[name][1], _with_things(p, near[name], s.places, s)]
             for of_bodies in views:
                 contacts += of_bodies[0]
                 ghosts += of_bodies[1]
@@ -82,22 +81,19 @@ class Touches:
 
 
 def _with_person(p: Posed, other: str, c: ContactArray) -> _Views:
-    o = _overlaps(p, c)
+    o = _Overlaps(c, c.a.tolist(), c.b.tolist(), c.depth.tolist(), c.field_depth.tolist(), p.build.radius)
     return _views(p.name, other, FLESH_COMPLIANCE, o, [k for k, depth in enumerate(o.depth) if depth > LEAST_DEPTH])
 
 
-def _with_things(p: Posed, c: ContactArray, rows: I64 | None, s: Solids) -> _Views:
-    """Contacts and ghosts with things, in their order. rows: primitives of the things, by number in `c`; None: as they are."""
+def _with_things(p: Posed, c: ContactArray, places: list[tuple[int, int]], s: Solids) -> _Views:
+    """Contacts and ghosts with things, in their order. places: thing, and its primitive, for each b of `c`."""
     contacts: list[ContactView] = []
     ghosts: list[GhostView] = []
-    if len(c) == 0:
-        return contacts, ghosts
-    b = c.b if rows is None else rows[c.b]
-    thing = s.owner[b]
-    o = _overlaps(p, c, b - s.first[thing])
+    b: list[int] = c.b.tolist()
+    theirs = [places[k] for k in b]
+    o = _Overlaps(c, c.a.tolist(), [k for _, k in theirs], c.depth.tolist(), c.field_depth.tolist(), p.build.radius)
     met: dict[int, list[int]] = {}
-    things: list[int] = thing.tolist()
-    for k, (n, depth) in enumerate(zip(things, o.depth, strict=True)):
+    for k, ((n, _), depth) in enumerate(zip(theirs, o.depth, strict=True)):
         if depth > LEAST_DEPTH:
             met.setdefault(n, []).append(k)
     for n in sorted(met):
@@ -105,10 +101,6 @@ def _with_things(p: Posed, c: ContactArray, rows: I64 | None, s: Solids) -> _Vie
         contacts += views[0]
         ghosts += views[1]
     return contacts, ghosts
-
-
-def _overlaps(p: Posed, c: ContactArray, b: I64 | None = None) -> _Overlaps:
-    return _Overlaps(c, c.a.tolist(), (c.b if b is None else b).tolist(), c.depth.tolist(), c.field_depth.tolist(), p.build.radius)
 
 
 def _views(name: str, other: str, soft: float, o: _Overlaps, rows: list[int]) -> _Views:

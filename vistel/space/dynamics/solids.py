@@ -1,5 +1,6 @@
 """Things as flat arrays for the kernels: posed primitives, contact points on the surface, mass and inertia."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -114,6 +115,17 @@ class Solids:
     def fixed_placed(self) -> PlacedPrimitives:
         """The same, ready to be searched."""
         return placed(self.fixed)
+
+    @cached_property
+    def places(self) -> list[tuple[int, int]]:
+        """The thing of each primitive, and which of its primitives it is."""
+        first: list[int] = self.first.tolist()
+        return [(n, k) for n, (i, j) in enumerate(itertools.pairwise(first)) for k in range(j - i)]
+
+    @cached_property
+    def fixed_places(self) -> list[tuple[int, int]]:
+        """The same of each primitive of `fixed`."""
+        return [self.places[k] for k in self.fixed_rows.tolist()]
 
     @cached_property
     def owners(self) -> tuple[list[int], list[int]]:

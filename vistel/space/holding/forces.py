@@ -8,7 +8,7 @@ the skin, so a picture of the contact and the force of it agree.
 import itertools
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +124,8 @@ def _hand_near(p: Posed, near: ContactArray) -> bool:
 def _hands_on_things(people: list[Posed], loose: PrimitiveSet) -> list[ContactArray]:
     """Contacts of each one's hands with loose things as they lie now, by primitive of the body."""
     found = Bodies([p.cones[p.build.hands] for p in people]).with_things(placed(loose))
-    return [replace(c, a=p.build.hands[c.a].astype(np.int32)) for p, c in zip(people, found, strict=True)]
+    rows = [p.build.hands[c.a].astype(np.int32) for p, c in zip(people, found, strict=True)]
+    return [ContactArray(a, c.b, c.point, c.normal, c.depth, c.field_depth) for a, c in zip(rows, found, strict=True)]
 
 
 def _of_things(
