@@ -262,10 +262,10 @@ class _MemoryPublication:
 
     def put(self, message: Any) -> None:
         """See `vistel.wire.bus.Publication`."""
-        self._seq = max(self._seq + 1, message.header.seq)
+        header = message.header
+        self._seq = max(self._seq + 1, header.seq)
         if not self._verbatim:
-            message.header.version = MESSAGE_VERSION
-            message.header.seq = self._seq
+            header.version, header.seq = MESSAGE_VERSION, self._seq
             if self._fence is not None and self._fence.own:
-                message.header.term = self._fence.own
+                header.term = self._fence.own
         self._network.published(self.topic, self._key, message.SerializeToString())
