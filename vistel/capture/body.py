@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -148,6 +149,7 @@ def receiver_pose(r: TrackerReceiver) -> Placement | None:
     return (np.array(p), np.array(q) / n) if abs(n - 1.0) < 0.1 else None
 
 
+@cache
 def warm_up() -> None:
     """Compile what a posture needs, so that the first one is as quick as the others."""
     skeleton = standard_skeleton()
