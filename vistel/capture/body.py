@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -100,10 +101,10 @@ class BodyCapture:
         side = self.person.gloves.get(frame.device)
         if side is None:
             return
-        angles = np.array(frame.angles, np.float64)
-        if angles.shape != (HAND_DOF_COUNT,) or not np.isfinite(angles).all():
+        if len(frame.angles) != HAND_DOF_COUNT or not all(map(math.isfinite, frame.angles)):
             self.rejected += 1
             return
+        angles = np.array(frame.angles, np.float64)
         t = self._seconds(frame.header.t_ns)
         if side not in self._gloves or t > self._gloves[side]:
             self._gloves[side] = t
@@ -148,6 +149,7 @@ def receiver_pose(r: TrackerReceiver) -> Placement | None:
     return (np.array(p), np.array(q) / n) if abs(n - 1.0) < 0.1 else None
 
 
+@cache
 def warm_up() -> None:
     """Compile what a posture needs, so that the first one is as quick as the others."""
     skeleton = standard_skeleton()

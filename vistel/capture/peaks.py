@@ -3,6 +3,7 @@
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.jit.kernel_jit import compiled
 
 
 class PeakHold:
@@ -26,9 +27,13 @@ class PeakHold:
     def take(self) -> F64:
         """Values for the next motion; only after `add`."""
         given = self._newest if self._given is None else self._given
-        up = self._most - np.maximum(given, self._newest)
-        down = np.minimum(given, self._newest) - self._least
-        peak = np.maximum(up, down) > self._least_peak
-        out = np.where(peak, np.where(up >= down, self._most, self._least), self._filtered)
+        out = _with_peaks(given, self._newest, self._least, self._most, self._filtered, self._least_peak)
         self._given, self._least, self._most = out, self._newest, self._newest
         return out
+
+
+@compiled
+def _with_peaks(given: F64, newest: F64, least: F64, most: F64, filtered: F64, least_peak: float) -> F64:
+    up = most - np.maximum(given, newest)
+    down = np.minimum(given, newest) - least
+    return np.where(np.maximum(up, down) > least_peak, np.where(up >= down, most, least), filtered)

@@ -4,6 +4,7 @@ The same list carries the figure's implicit skin, its contacts with others and t
 23 primitives for a figure; the hands' own capsules come after them so that fingers can touch and grasp).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,22 @@ def _pose_ends(joint: NDArray[np.int32], rotation: F64, position: F64, points: F
             out[i, axis] = position[j, axis] + (
                 rotation[j, axis, 0] * points[i, 0] + rotation[j, axis, 1] * points[i, 1] + rotation[j, axis, 2] * points[i, 2]
             )
+
+
+@compiled
+def limb_velocities(now: F64, before: F64, dt: float, fastest: float) -> F64:
+    """(P, 3) velocity of the middle of each cone-sphere, (P, 8) ends and radii [m], which moved in `dt` [s]; 0 above `fastest`
+    [m/s]."""
+    out = np.empty((len(now), 3))
+    for i in range(len(now)):
+        square = 0.0
+        for axis in range(3):
+            middle, old = 0.5 * (now[i, axis] + now[i, 3 + axis]), 0.5 * (before[i, axis] + before[i, 3 + axis])
+            out[i, axis] = (middle - old) / dt
+            square += out[i, axis] ** 2
+        if math.sqrt(square) > fastest:
+            out[i] = 0.0
+    return out
 
 
 def standard_body(skeleton: Skeleton, build: float = 1.0) -> Body:

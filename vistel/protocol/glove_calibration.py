@@ -18,6 +18,7 @@ from vistel.protocol.cyberglove import SENSORS, SENSORS_22
 ANGLE_COUNT = 20
 """Angles of a hand: four of the thumb, then four of each finger."""
 _INDEX = {name: i for i, name in enumerate(SENSORS_22)}
+_ROWS = {count: tuple(_INDEX[name] for name in names) for count, names in SENSORS.items()}
 # Angles that one sensor measures directly: index of the angle, sensor.
 _DIRECT = (
     (0, "thumb_roll"), (1, "thumb_abduction"), (2, "thumb_mpj"), (3, "thumb_ij"),
@@ -68,10 +69,8 @@ class GloveCalibration:
         """(20,) radians from 18 or 22 counts. Raises GloveCalibrationError for another number of counts."""
         if len(raw) not in SENSORS:
             raise GloveCalibrationError(f"expected 18 or 22 sensor values, got {len(raw)}")
-        measured = {
-            name: self.gain[_INDEX[name]] * (count - self.offset[_INDEX[name]])
-            for name, count in zip(SENSORS[len(raw)], raw, strict=True)
-        }
+        sensors = zip(SENSORS[len(raw)], _ROWS[len(raw)], raw, strict=True)
+        measured = {name: self.gain[row] * (count - self.offset[row]) for name, row, count in sensors}
         out = [0.0] * ANGLE_COUNT
         for angle, sensor in _DIRECT:
             out[angle] = measured.get(sensor, 0.0)

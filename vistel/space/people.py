@@ -1,14 +1,14 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64, I32, I64
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.body import Body, PosedBody, pose_body, standard_body
+from vistel.figure.body import Body, PosedBody, limb_velocities, pose_body, standard_body
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -57,14 +57,18 @@ class Build:
         return self.digit >= 0
 
     @cached_property
-    def _shapes(self) -> PrimitiveSet:
-        return PrimitiveSet.of_cone_spheres(self.body.a, self.body.b, self.body.radius_a, self.body.radius_b)
+    def radius(self) -> list[float]:
+        """The mean radius of each primitive [m]."""
+        return (0.5 * (self.body.radius_a + self.body.radius_b)).tolist()
 
-    def primitives(self, body: PosedBody) -> PrimitiveSet:
-        """The body's primitives, as `PrimitiveSet.of_cone_spheres` gives them."""
-        params = self._shapes.params.reshape(-1, 8).copy()
-        params[:, 0:3], params[:, 3:6] = body.a, body.b
-        return replace(self._shapes, params=params.reshape(-1))
+    @cached_property
+    def _of_primitive(self) -> list[int]:
+        return self.digit.tolist()
+
+    def digits_of(self, primitives: I32) -> list[int]:
+        """`digit` of some primitives."""
+        numbers: list[int] = primitives.tolist()
+        return [self._of_primitive[i] for i in numbers]
 
 
 @lru_cache(maxsize=MOST_BUILDS)
@@ -136,15 +140,8 @@ class PersonState:
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
             return self
-        return replace(
-            self,
-            posture=motion.posture,
-            before=self.posture,
-            seq=motion.seq,
-            t_ns=motion.t_ns,
-            before_t_ns=self.t_ns,
-            appeared=step if self.posture is None else self.appeared,
-        )
+        appeared = step if self.posture is None else self.appeared
+        return PersonState(self.person, motion.posture, self.posture, motion.seq, motion.t_ns, self.t_ns, appeared)
 
 
 def flexion(posture: Posture) -> F64:
@@ -176,7 +173,20 @@ class Posed:
     @property
     def cones(self) -> F64:
         """(P, 8) the primitives: ends and radii [m, room]."""
-        return self.primitives.params.reshape(-1, 8)
+        return _cones(self.primitives)
+
+    @cached_property
+    def kept(self) -> dict[object, F64]:
+        """What others have computed from this, by whom and of what; it saves time and is no state."""
+        return {}
+
+
+def _limbs(body: PosedBody) -> PrimitiveSet:
+    return PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
+
+
+def _cones(primitives: PrimitiveSet) -> F64:
+    return primitives.params.reshape(-1, 8)
 
 
 def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Posed | None:
@@ -194,7 +204,7 @@ def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Po
     else:
         joints = pose_joints(build.skeleton, figure.posture)
         body = pose_body(build.body, joints)
-        primitives = build.primitives(body)
+        primitives = _limbs(body)
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:
@@ -203,9 +213,8 @@ def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Po
         if usable is not None and usable.figure.posture is figure.posture and usable.figure.t_ns == figure.t_ns:
             return Posed(figure, build, joints, body, primitives, usable.velocity)
         if usable is not None and usable.figure.posture is figure.before:
-            old = usable.body
+            old = usable.primitives
         else:
-            old = pose_body(build.body, pose_joints(build.skeleton, figure.before))
-        velocity = (0.5 * (body.a + body.b) - 0.5 * (old.a + old.b)) / max(gap_ns * 1e-9, 0.004)
-        velocity[np.sqrt((velocity**2).sum(axis=1)) > FASTEST] = 0.0
+            old = _limbs(pose_body(build.body, pose_joints(build.skeleton, figure.before)))
+        velocity = limb_velocities(_cones(primitives), _cones(old), max(gap_ns * 1e-9, 0.004), FASTEST)
     return Posed(figure, build, joints, body, primitives, velocity)

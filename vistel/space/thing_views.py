@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, Motions
+from vistel.space.dynamics.motion_kernels import changed  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.hands.grasp import Grasp
 from vistel.space.state import State
 from vistel.space.view import ThingView
@@ -48,15 +49,28 @@ class ThingViews:
 def _compared(before: State, now: State) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(N,) whether each thing's pose or mode changed, and (N,) whether nothing of it changed."""
     m, old = now.motions, before.motions
-    rows = slice(None)
-    known = np.ones(len(now.things), np.bool_)
+    pose, speed = np.empty(len(now.things), np.bool_), np.empty(len(now.things), np.bool_)
+    rows = None
     if not _same_things(before, now):
         rows = np.array([before.rows.get(t.id, -1) for t in now.things], np.int64)
-        known = rows >= 0
-    pose = (m.position == old.position[rows]).all(axis=1) & (m.rotation == old.rotation[rows]).all(axis=1)
-    pose &= known & (m.mode == old.mode[rows])
-    same = pose & (m.velocity == old.velocity[rows]).all(axis=1) & (m.spin == old.spin[rows]).all(axis=1)
-    return ~pose, same
+        old = Motions(*(getattr(old, name)[rows] for name in Motions.__dataclass_fields__))
+    changed(
+        m.position,
+        m.rotation,
+        m.velocity,
+        m.spin,
+        m.mode,
+        old.position,
+        old.rotation,
+        old.velocity,
+        old.spin,
+        old.mode,
+        pose,
+        speed,
+    )
+    if rows is not None:
+        pose |= rows < 0
+    return pose, ~(pose | speed)
 
 
 def _same_things(before: State, now: State) -> bool:

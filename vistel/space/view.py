@@ -1,6 +1,7 @@
 """The world's output after a step. Room frame, metres, seconds, newtons; quaternions (x, y, z, w)."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +29,7 @@ class ThingView:
     moved: bool
 
 
-@dataclass(frozen=True)
-class ContactView:
+class ContactView(NamedTuple):
     """Two bodies touch. normal: out of a, into b; depth: overlap of the undeformed surfaces [m]; force [N]."""
 
     body_a: str
@@ -42,8 +42,7 @@ class ContactView:
     force: float
 
 
-@dataclass(frozen=True)
-class GhostView:
+class GhostView(NamedTuple):
     """The field of `source`'s primitives deforms `target` (Singh §2.1). depth: of the overlap, in field units."""
 
     target: str

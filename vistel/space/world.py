@@ -7,6 +7,7 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from vistel.space import snapshot
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.contact.near import Bodies, PlacedPrimitives, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
+from vistel.space.dynamics.motion_kernels import lost  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.earlier import resumed
 from vistel.space.eyes import Eyes, eyes_of
@@ -291,14 +293,12 @@ class World:
     def _bring_back(self) -> None:
         """Things outside of the room, or with invalid numbers, return to their first pose."""
         m = self._state.motions
-        sound = np.isfinite(m.position).all(axis=1) & np.isfinite(m.rotation).all(axis=1)
-        sound &= np.isfinite(m.velocity).all(axis=1) & np.isfinite(m.spin).all(axis=1)
-        inside = np.hypot(m.position[:, 0], m.position[:, 2]) < ROOM_RADIUS + 1.0
-        lost = np.flatnonzero(~(sound & inside & (np.abs(m.position[:, 1]) < 10.0)) & (m.mode != HELD))
-        if len(lost) == 0:
+        is_lost: Any = lost(m.position, m.rotation, m.velocity, m.spin, ROOM_RADIUS + 1.0, 10.0)
+        rows = np.flatnonzero(np.asarray(is_lost) & (m.mode != HELD))
+        if len(rows) == 0:
             return
         m = m.copy()
-        for n in lost:
+        for n in rows:
             start = self._solids.things[int(n)]
             m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = start.position, start.rotation, 0.0, 0.0
             m.mode[n], m.still[n] = FIXED if start.fixed else FREE, 0

@@ -34,6 +34,7 @@ class MemoryNetwork:
         self._answers: dict[str, list[tuple[MemoryBus, Callable[[bytes], Message | None]]]] = {}
         self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
         self._readers: dict[str, list[tuple[MemoryBus, dict[str, str], Inbox]]] = {}
+        self._readers_of_key: dict[tuple[str, str], list[tuple[MemoryBus, Inbox]]] = {}
         self._listeners: list[Callable[[Topic, str, bytes], object]] = []
 
     def bus(
@@ -48,12 +49,13 @@ class MemoryNetwork:
         """Deliver bytes as they are, broken ones too."""
         if topic.delivery is Delivery.RELIABLE:
             self._last[key] = (topic, payload)
-        readers = self._readers.get(topic.name)
-        if readers:
-            names = topic.match(key)
-            for bus, wanted, inbox in list(readers):
-                if names is not None and wanted.items() <= names.items():
-                    bus.deliver(inbox, key, payload)
+        readers = self._readers_of_key.get((topic.name, key))
+        if readers is None:
+            names = topic.match(key) or {}
+            readers = [(bus, inbox) for bus, wanted, inbox in self._readers.get(topic.name, ()) if wanted.items() <= names.items()]
+            self._readers_of_key[topic.name, key] = readers
+        for bus, inbox in readers:
+            bus.deliver(inbox, key, payload)
 
     def listen(self, heard: Callable[[Topic, str, bytes], object]) -> None:
         """`heard` is called with everything that is published from now on, before anybody receives it; not with what is sent as
@@ -73,11 +75,13 @@ class MemoryNetwork:
     def read(self, bus: MemoryBus, wanted: dict[str, str], inbox: Inbox) -> None:
         """`inbox` of `bus` receives what is sent to the keys that have the names `wanted`."""
         self._readers.setdefault(inbox.topic.name, []).append((bus, wanted, inbox))
+        self._readers_of_key.clear()
 
     def forget(self, inbox: Inbox) -> None:
         """It receives nothing more."""
         readers = self._readers[inbox.topic.name]
         readers[:] = [r for r in readers if r[2] is not inbox]
+        self._readers_of_key.clear()
 
     def history(self, topic: Topic) -> list[tuple[str, bytes]]:
         """The last value of each reliable key of `topic`."""
@@ -258,10 +262,10 @@ class _MemoryPublication:
 
     def put(self, message: Any) -> None:
         """See `vistel.wire.bus.Publication`."""
-        self._seq = max(self._seq + 1, message.header.seq)
+        header = message.header
+        self._seq = max(self._seq + 1, header.seq)
         if not self._verbatim:
-            message.header.version = MESSAGE_VERSION
-            message.header.seq = self._seq
+            header.version, header.seq = MESSAGE_VERSION, self._seq
             if self._fence is not None and self._fence.own:
-                message.header.term = self._fence.own
+                header.term = self._fence.own
         self._network.published(self.topic, self._key, message.SerializeToString())

@@ -61,6 +61,11 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
             super().default_exception_handler(context)
 
 
+def _end(over: asyncio.Future[None]) -> None:
+    if not over.cancelled():
+        over.set_result(None)
+
+
 class LoopClock:
     """Conference time that passes with the running loop's; see `vistel.wire.clock.Clock`."""
 
@@ -80,7 +85,15 @@ class LoopClock:
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         """As `Clock.sleep_until_ns`."""
-        await asyncio.sleep(max(0, t_ns - self.now_ns()) * 1e-9)
+        if t_ns <= self.now_ns():
+            await asyncio.sleep(0)
+            return
+        over = self._loop.create_future()  # as `asyncio.sleep`, which asks for the loop, and so for the process, each time
+        timer = self._loop.call_later((t_ns - self.now_ns()) * 1e-9, _end, over)
+        try:
+            await over
+        finally:
+            timer.cancel()
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
         """As `Clock.call_after`."""

@@ -7,7 +7,7 @@ import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -95,12 +95,11 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     place = site.name if site is not None else HUB_PLACE
     kept = conference.world.folder or paths.run / "room"
     folder = kept / place if site is not None else kept
-    waits = place != conference.world.on
     files, hosts = room if room.from_files else None, frozenset(conference.hosts)
     tls = tls_files(conference, place) if conference.world.lease_encrypted else None
     shared = paths.run if conference.bus.mode == "embedded" else kept
     lease = conference.world.lease, shared / "lease", tls
-    return Config(room.seats, folder, extras_of(room), files, place, waits, hosts, *lease, conference.crowd)
+    return Config(room.seats, folder, extras_of(room), files, place, place != conference.world.on, hosts, *lease, conference.crowd)
 
 
 def preload(conference: Conference) -> None:
@@ -293,6 +292,7 @@ def _next_due(due_ns: int, now_ns: int) -> int:
     return due_ns + STEP_NS
 
 
+@cache
 def warm_up() -> None:
     """Make the kernels (the first time this takes half a minute), so that no step waits for them."""
     motion.warm_up()

@@ -16,7 +16,7 @@ from vistel.figure.posture.arm import bones_of
 from vistel.figure.posture.channel import Channel, HandChannel, MatrixPose, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.limits import SIDES, hand_within_limits, within_limits
-from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
+from vistel.figure.posture.posture import DOF_COUNT, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
 from vistel.figure.posture.stance import StanceFollower
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort
@@ -146,7 +146,7 @@ class PostureSolver:
                 )
             arm, self._elbow[s], self._scale[s] = found
             self._solved[s] = True
-            dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
+            dofs[SHOULDER[s].start : WRIST[s].stop] = arm
         fingers = np.empty((2, HAND_DOF_COUNT))
         for row, s in enumerate(SIDES):
             angles = hands[row]

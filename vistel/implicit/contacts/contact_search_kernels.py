@@ -61,25 +61,11 @@ def hulls(boxes, first, out):
 
 
 @compiled(inline="always")
-def _contact(
-    i,
-    kind_a,
-    start_a,
-    params_a,
-    rotation_a,
-    position_a,
-    cones_a,
-    j,
-    kind_b,
-    start_b,
-    params_b,
-    rotation_b,
-    position_b,
-    cones_b,
-    margin,
-    row,
-):
-    """Narrow phase of one pair; returns the depth, any one below -margin where they are farther apart than that."""
+def _contact(a, i, b, j, margin, row):
+    """Narrow phase of primitive i of one set and j of another, each (kind, start, params, rotation, position, cones); returns the
+    depth, any one below -margin where they are farther apart than that."""
+    kind_a, start_a, params_a, rotation_a, position_a, cones_a = a
+    kind_b, start_b, params_b, rotation_b, position_b, cones_b = b
     round_a, round_b = kind_a[i] <= CONE_SPHERE, kind_b[j] <= CONE_SPHERE
     if round_a and round_b:
         return cone_pair(at(pointer(cones_a), 8 * i), at(pointer(cones_b), 8 * j), pointer(row))
@@ -114,6 +100,8 @@ def find_pairs(
             near[n_near] = j
             n_near += 1
     row = np.empty(8)
+    a = kind_a, start_a, params_a, rotation_a, position_a, cones_a
+    b = kind_b, start_b, params_b, rotation_b, position_b, cones_b
     use_skip = skip.shape[0] > 0
     for i in range(len(kind_a)):
         if _apart(hull, 1, boxes_a, i, margin):
@@ -122,24 +110,7 @@ def find_pairs(
             j = near[m]
             if _apart(boxes_a, i, boxes_b, j, margin) or (use_skip and skip[i, j]):
                 continue
-            depth = _contact(
-                i,
-                kind_a,
-                start_a,
-                params_a,
-                rotation_a,
-                position_a,
-                cones_a,
-                j,
-                kind_b,
-                start_b,
-                params_b,
-                rotation_b,
-                position_b,
-                cones_b,
-                margin,
-                row,
-            )
+            depth = _contact(a, i, b, j, margin, row)
             if depth > -margin:
                 if count < len(pairs):
                     pairs[count, 0], pairs[count, 1] = i, j
@@ -154,6 +125,7 @@ def find_among(first, kind, start, params, rotation, position, margin, cones, bo
     boxes, hull, near, row: room for them."""
     place(kind, start, params, rotation, position, cones, boxes)
     hulls(boxes, first, hull)
+    bodies = kind, start, params, rotation, position, cones
     count = 0
     for a in range(len(hull)):
         for b in range(a + 1, len(hull)):
@@ -171,24 +143,7 @@ def find_among(first, kind, start, params, rotation, position, margin, cones, bo
                     j = near[m]
                     if _apart(boxes, i, boxes, j, margin):
                         continue
-                    depth = _contact(
-                        i,
-                        kind,
-                        start,
-                        params,
-                        rotation,
-                        position,
-                        cones,
-                        j,
-                        kind,
-                        start,
-                        params,
-                        rotation,
-                        position,
-                        cones,
-                        margin,
-                        row,
-                    )
+                    depth = _contact(bodies, i, bodies, j, margin, row)
                     if depth > -margin:
                         if count < len(pairs):
                             pairs[count, 0], pairs[count, 1] = i, j

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -54,18 +55,15 @@ class PrimitiveSet:
     @staticmethod
     def of_cone_spheres(a: F64, b: F64, radius_a: F64, radius_b: F64) -> PrimitiveSet:
         """Cone-spheres given in the room frame: a, b (N, 3), radius_a, radius_b (N,) [m]."""
-        n = len(radius_a)
-        params = np.empty((n, 8))
-        params[:, 0:3], params[:, 3:6], params[:, 6], params[:, 7] = a, b, radius_a, radius_b
-        rotation = np.zeros((n, 3, 3))
-        rotation[:, 0, 0] = rotation[:, 1, 1] = rotation[:, 2, 2] = 1.0
-        return PrimitiveSet(
-            np.full(n, CONE_SPHERE, np.int32),
-            np.arange(0, 8 * n + 1, 8, dtype=np.int32),
-            params.reshape(-1),
-            rotation,
-            np.zeros((n, 3)),
-        )
+        cones = np.empty((len(radius_a), 8))
+        cones[:, 0:3], cones[:, 3:6], cones[:, 6], cones[:, 7] = a, b, radius_a, radius_b
+        return PrimitiveSet.of_cones(cones)
+
+    @staticmethod
+    def of_cones(cones: F64) -> PrimitiveSet:
+        """Cone-spheres given in the room frame: (N, 8) ends and radii [m]. Sets of so many share all but `params`."""
+        kind, start, rotation, position = _in_room(len(cones))
+        return PrimitiveSet(kind, start, cones.reshape(-1), rotation, position)
 
     @staticmethod
     def of_kinds(kinds: Sequence[str], params: Sequence[Sequence[float]], rotation: F64, position: F64) -> PrimitiveSet:
@@ -109,3 +107,10 @@ class PrimitiveSet:
             np.concatenate([s.rotation for s in sets]),
             np.concatenate([s.position for s in sets]),
         )
+
+
+@lru_cache(256)
+def _in_room(count: int) -> tuple[I32, I32, F64, F64]:
+    """Kinds, starts, rotations and positions of cone-spheres whose own frame is the room's; nobody writes to them."""
+    kind, start = np.full(count, CONE_SPHERE, np.int32), np.arange(0, 8 * count + 1, 8, dtype=np.int32)
+    return kind, start, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))

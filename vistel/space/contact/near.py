@@ -3,6 +3,7 @@
 The result equals that of `find_contacts` for each pair, without a Python call for each.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -50,7 +51,7 @@ class Bodies:
     def __init__(self, bodies: Sequence[F64]) -> None:
         """bodies: (N, 8) cone-spheres of each: ends and radii [m, room]."""
         self._first = np.zeros(len(bodies) + 1, np.int64)
-        self._first[1:] = np.cumsum([len(b) for b in bodies])
+        self._first[1:] = list(itertools.accumulate(len(b) for b in bodies))
         self._cones = np.concatenate([np.zeros((0, 8)), *bodies])
         self._boxes, self._hull = np.empty((len(self._cones), 6)), np.empty((len(bodies), 6))
         boxes_of(self._cones, self._first, self._boxes, self._hull)
@@ -81,8 +82,7 @@ class Bodies:
             if count <= room:
                 break
             room = int(count)
-        begin = [0, *ends.tolist()][:-1]
-        return [_contacts(pairs[i:j], rows[i:j]) for i, j in zip(begin, ends.tolist(), strict=True)]
+        return [_contacts(pairs[i:j], rows[i:j]) for i, j in itertools.pairwise([0, *ends.tolist()])]
 
     def with_each_other(self) -> dict[tuple[int, int], ContactArray]:
         """Contacts of every two bodies that touch, by their numbers in order."""

@@ -28,7 +28,7 @@ MAX_SPIN = 40.0
 
 
 @compiled
-def inertia(kind, start, params, rotation, position, first, end, radius, grid):
+def inertia(kind, start, params, rotation, position, radius, grid):
     """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
     out = np.zeros((3, 3))
     seen, x = np.empty(5), np.empty(3)
@@ -36,7 +36,7 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
     for i in range(grid**3):
         for axis in range(3):
             x[axis] = ((i // grid**axis % grid + 0.5) / grid * 2.0 - 1.0) * radius
-        for k in range(first, end):
+        for k in range(len(kind)):
             d = x - position[k]
             r = rotation[k]
             a = r[0, 0] * d[0] + r[1, 0] * d[1] + r[2, 0] * d[2]
@@ -52,6 +52,26 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
                 break
     # A thing thinner than the grid still has some inertia.
     return out / max(1, count) + 0.01 * radius * radius * np.eye(3)
+
+
+@compiled
+def lost(position, rotation, velocity, spin, radius, height):
+    """(N,) whether a thing is farther than `radius` from the middle of the room, or than `height` from the floor [m], or has
+    numbers that are not finite."""
+    out = np.zeros(len(position), np.bool_)
+    for n in range(len(position)):
+        x, y, z = position[n]
+        finite = np.isfinite(rotation[n]).all() and np.isfinite(velocity[n]).all() and np.isfinite(spin[n]).all()
+        out[n] = not (finite and math.hypot(x, z) < radius and abs(y) < height)  # no comparison holds for NaN
+    return out
+
+
+@compiled
+def changed(position, rotation, velocity, spin, mode, before_p, before_r, before_v, before_s, before_mode, pose, speed):
+    """Into `pose` and `speed` (N,): whether each thing's pose or mode is another than before, and its velocity or spin."""
+    for n in range(len(mode)):
+        pose[n] = mode[n] != before_mode[n] or (position[n] != before_p[n]).any() or (rotation[n] != before_r[n]).any()
+        speed[n] = (velocity[n] != before_v[n]).any() or (spin[n] != before_s[n]).any()
 
 
 @compiled

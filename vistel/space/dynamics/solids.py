@@ -1,8 +1,10 @@
 """Things as flat arrays for the kernels: posed primitives, contact points on the surface, mass and inertia."""
 
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -115,6 +117,22 @@ class Solids:
         return placed(self.fixed)
 
     @cached_property
+    def places(self) -> list[tuple[int, int]]:
+        """The thing of each primitive, and which of its primitives it is."""
+        first: list[int] = self.first.tolist()
+        return [(n, k) for n, (i, j) in enumerate(itertools.pairwise(first)) for k in range(j - i)]
+
+    @cached_property
+    def fixed_places(self) -> list[tuple[int, int]]:
+        """The same of each primitive of `fixed`."""
+        return [self.places[k] for k in self.fixed_rows.tolist()]
+
+    @cached_property
+    def owners(self) -> tuple[list[int], list[int]]:
+        """The thing of each primitive of `fixed`, and of `loose`."""
+        return self.owner[self.fixed_rows].tolist(), self.owner[self.loose_rows].tolist()
+
+    @cached_property
     def _loose(self) -> tuple[PrimitiveSet, I64]:
         return _rows(self.primitives, self.loose_rows), self.owner[self.loose_rows]
 
@@ -124,6 +142,16 @@ class Solids:
         out_r, out_p = np.empty_like(rest.rotation), np.empty_like(rest.position)
         pose(owner, rest.rotation, rest.position, rotation, position, out_r, out_p)
         return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
+
+    @cached_property
+    def _fixed_and_loose(self) -> PrimitiveSet:
+        return PrimitiveSet.join([self.fixed, self._loose[0]])
+
+    def with_loose(self, loose: PrimitiveSet) -> PrimitiveSet:
+        """The primitives of `fixed`, then of `loose` where it is."""
+        both, fixed = self._fixed_and_loose, self.fixed
+        rotation, position = np.concatenate([fixed.rotation, loose.rotation]), np.concatenate([fixed.position, loose.position])
+        return PrimitiveSet(both.kind, both.start, both.params, rotation, position)
 
 
 def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tuple[Joint, ...] = ()) -> Solids:
@@ -164,11 +192,19 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tupl
         elif not thing.fixed and thing.inertia is not None:
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * thing.inertia)
         elif not thing.fixed:
-            unit: Any = inertia(  # pyright: ignore[reportUnknownVariableType]
-                shapes.kind, shapes.start, shapes.params, rotation, position, out.first[n], out.first[n + 1], out.radius[n], GRID
-            )
-            out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
+            parts = tuple((p.kind, p.params, tuple(p.rotation.tolist()), tuple(p.position.tolist())) for p in thing.primitives)
+            out.inverse_inertia[n] = np.linalg.inv(thing.mass * _unit_inertia(parts, float(out.radius[n])))
     return out
+
+
+@lru_cache(1024)
+def _unit_inertia(parts: tuple[tuple[str, tuple[float, ...], tuple[float, ...], tuple[float, ...]], ...], radius: float) -> F64:
+    """(3, 3) inertia per kilogram of a thing: kind, params, rotation and position of its primitives; its radius [m]. It takes a
+    millisecond, and a room is made several times before its first step."""
+    rotation, position = _matrices([p[2] for p in parts]), np.array([p[3] for p in parts], np.float64)
+    s = PrimitiveSet.of_kinds([p[0] for p in parts], [p[1] for p in parts], rotation, position)
+    unit: Any = inertia(s.kind, s.start, s.params, s.rotation, s.position, radius, GRID)  # pyright: ignore[reportUnknownVariableType]
+    return np.asarray(unit, np.float64)
 
 
 def _without_notes(j: Joined, things: tuple[Thing, ...]) -> Joined:
@@ -202,7 +238,7 @@ def _rows(s: PrimitiveSet, rows: I64) -> PrimitiveSet:
     return PrimitiveSet(s.kind[rows], start, flat, np.ascontiguousarray(s.rotation[rows]), np.ascontiguousarray(s.position[rows]))
 
 
-def _matrices(quaternions: list[F64]) -> F64:
+def _matrices(quaternions: Sequence[Sequence[float] | F64]) -> F64:
     out = np.empty((len(quaternions), 3, 3))
     matrices(np.array(quaternions, np.float64).reshape(-1, 4), out)
     return out

@@ -90,8 +90,11 @@ def went_on(a: Approach, apart: F64, play: F64, dt: float) -> Approach:
 
 def tips(posed: Posed, right: bool) -> F64:
     """(7, 3) where thumb and fingers of a hand end, its palm and the other palm are [m, room]."""
+    key = tips, right
+    if key in posed.kept:
+        return posed.kept[key]
     row, joints = int(right), posed.joints
-    out = np.empty((7, 3))
+    out = posed.kept[key] = np.empty((7, 3))
     last = _LAST[row]
     out[:PALM] = joints.position[last] + np.einsum("nij,nj->ni", joints.rotation[last], posed.build.skeleton.tip[last])
     for k, side in enumerate((row, 1 - row)):

@@ -8,16 +8,16 @@ the skin, so a picture of the contact and the force of it agree.
 import itertools
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.forces import STIFFEST, ContactParameters
-from vistel.space.contact.near import Bodies, placed
+from vistel.space.contact.near import NONE, Bodies, placed
 from vistel.space.contact.touch_kernels import (
     FELT,
     feel,  # pyright: ignore[reportUnknownVariableType]
@@ -61,6 +61,16 @@ class _Side:
     contacts: Sequence[int]
     digit: list[int]
     is_a: bool = True
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some of a person's contacts. first_a, first_b: where the primitives of the two begin among those of all."""
+
+    contacts: ContactArray
+    rows: list[int]
+    first_a: int
+    first_b: int
 
 
 @dataclass(frozen=True)
@@ -108,99 +118,109 @@ def nothing(hand: Hand) -> HandForce:
 
 def _hand_near(p: Posed, near: ContactArray) -> bool:
     """Whether a hand is within reach of something."""
-    return len(near) > 0 and bool((p.build.digit[near.a] >= 0).any())
+    return any(digit >= 0 for digit in p.build.digits_of(near.a))
 
 
 def _hands_on_things(people: list[Posed], loose: PrimitiveSet) -> list[ContactArray]:
     """Contacts of each one's hands with loose things as they lie now, by primitive of the body."""
-    if not people:
-        return []
     found = Bodies([p.cones[p.build.hands] for p in people]).with_things(placed(loose))
-    return [replace(c, a=p.build.hands[c.a].astype(np.int32)) for p, c in zip(people, found, strict=True)]
+    rows = [p.build.hands[c.a].astype(np.int32) for p, c in zip(people, found, strict=True)]
+    return [ContactArray(a, c.b, c.point, c.normal, c.depth, c.field_depth) for a, c in zip(rows, found, strict=True)]
 
 
 def _of_things(
     people: list[Posed], reached: Mapping[str, Reached], s: Solids, m: Motions, sticks: frozenset[Holding], free: frozenset[Holding]
 ) -> _Felt | None:
     """The forces of things on some people's hands: of fixed things, then of loose ones at their present poses."""
-    loose = s.loose(m.matrices(), m.position)
-    near = [k for k, p in enumerate(people) if _hand_near(p, reached[p.name].near)]
-    on_loose = dict(zip(near, _hands_on_things([people[k] for k in near], loose), strict=True))
-    parts: list[tuple[int, int, ContactArray]] = [(k, 0, reached[p.name].rest) for k, p in enumerate(people)]
-    parts += [(k, len(s.fixed_rows), c) for k, c in on_loose.items()]
-    parts = [part for part in sorted(parts, key=lambda part: part[:2]) if len(part[2])]
-    if not parts:
-        return None
-    first = list(itertools.accumulate((len(p.primitives) for p in people), initial=0))
-    found = _joined([c for _, _, c in parts], [first[k] for k, _, _ in parts], [begin for _, begin, _ in parts])
-    digit = np.concatenate([p.build.digit for p in people])[found.a]
-    rows = np.flatnonzero((found.field_depth > 0.0) & (digit >= 0))
-    if len(rows) == 0:
-        return None
-    # In groups of one hand with one thing: only those share points.
-    thing: I64 = s.owner[np.concatenate([s.fixed_rows, s.loose_rows])[found.b[rows]]]
-    part: I64 = np.repeat(np.arange(len(parts)), [len(c) for _, _, c in parts])[rows]
-    group = (part * 2 + digit[rows] // DIGITS) * len(s.things) + thing
-    order = np.argsort(group, kind="stable")
-    ends: list[int] = [0, *(np.flatnonzero(np.diff(group[order])) + 1).tolist(), len(order)]
-    digits: list[int] = digit[rows[order]].tolist()
+    near = [p for p in people if _hand_near(p, reached[p.name].near)]
+    loose = s.loose(m.matrices(), m.position) if near else None
+    on_loose = dict(zip((p.name for p in near), _hands_on_things(near, loose), strict=True)) if loose else {}
+    fixed_owner, loose_owner = s.owners
     sides: list[_Side] = []
-    kept: list[I64] = []
-    still: list[range] = []
-    count = 0
-    for i, j in itertools.pairwise(ends):
-        k = int(order[i])
-        hold = people[parts[int(part[k])][0]].name, digits[i] >= DIGITS, s.things[int(thing[k])].id
-        if hold in free:
-            continue
-        sides.append(_Side(hold[:2], hold[2], range(count, count + j - i), [d % DIGITS for d in digits[i:j]]))
-        if hold in sticks:
-            still.append(range(count, count + j - i))
-        kept.append(order[i:j])
-        count += j - i
+    things: list[int] = []
+    still: list[_Side] = []
+    parts: list[_Part] = []
+    first = count = 0
+    for p in people:
+        for c, owner, begin in (
+            (reached[p.name].rest, fixed_owner, 0),
+            (on_loose.get(p.name, NONE), loose_owner, len(fixed_owner)),
+        ):
+            rows: list[int] = []
+            # In groups of one hand with one thing: only those share points.
+            for (right, n), of_two in sorted(_by_hand_and_thing(p, c, owner).items()):
+                hold = p.name, bool(right), s.things[n].id
+                if hold in free:
+                    continue
+                digits = [d % DIGITS for d in p.build.digits_of(c.a[of_two])]
+                sides.append(_Side(hold[:2], hold[2], range(count, count + len(of_two)), digits))
+                if hold in sticks:
+                    still.append(sides[-1])
+                things += [n] * len(of_two)
+                rows += of_two
+                count += len(of_two)
+            if rows:
+                parts.append(_Part(c, rows, first, begin))
+        first += len(p.primitives)
     if not sides:
         return None
-    chosen = np.concatenate(kept)
-    found, thing = _contacts(found, rows[chosen]), thing[chosen]
+    found, thing = _joined(parts), np.array(things)
     velocity = np.concatenate([p.velocity for p in people])[found.a]
     motion = np.concatenate([m.velocity[thing], m.spin[thing], m.position[thing]], axis=1)
     motion[m.mode[thing] == FIXED] = 0.0
-    for some in still:
-        velocity[some.start : some.stop], motion[some.start : some.stop] = 0.0, 0.0
-    soft = [s.things[int(thing[side.contacts[0]])].compliance for side in sides]
-    bodies = PrimitiveSet.join([p.primitives for p in people]), PrimitiveSet.join([s.fixed, loose])
+    for side in still:
+        velocity[side.contacts], motion[side.contacts] = 0.0, 0.0
+    soft = [s.things[things[side.contacts[0]]].compliance for side in sides]
+    bodies = _everybody(people), s.with_loose(loose) if loose else s.fixed
     return _Felt(_feel(found, [len(side.contacts) for side in sides], soft, bodies, velocity, motion), found.depth, sides)
+
+
+def _by_hand_and_thing(p: Posed, c: ContactArray, owner: list[int]) -> dict[tuple[int, int], list[int]]:
+    """Contacts of a hand that press, by whether it is the right one, and the thing. owner: thing of each primitive of b."""
+    out: dict[tuple[int, int], list[int]] = {}
+    things: list[int] = c.b.tolist()
+    for k, (digit, b, pressed) in enumerate(zip(p.build.digits_of(c.a), things, c.field_depth.tolist(), strict=True)):
+        if pressed > 0.0 and digit >= 0:
+            out.setdefault((digit // DIGITS, owner[b]), []).append(k)
+    return out
 
 
 def _of_people(posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], asked: frozenset[str]) -> _Felt | None:
     """The forces of other people on hands, for every two people in contact: both sides of one contact."""
-    parts: list[tuple[Posed, Posed, ContactArray]] = []
+    met: list[tuple[Posed, Posed, ContactArray, list[int]]] = []
     for two, c in sorted(skin.items(), key=lambda item: item[0]):
         if two[0] in asked or two[1] in asked:
             p, q = posed[two[0]], posed[two[1]]
-            rows = np.flatnonzero(((p.build.digit[c.a] >= 0) | (q.build.digit[c.b] >= 0)) & (c.field_depth > 0.0))
-            if len(rows):
-                parts.append((p, q, _contacts(c, rows)))
-    if not parts:
+            digits = zip(p.build.digits_of(c.a), q.build.digits_of(c.b), c.field_depth.tolist(), strict=True)
+            rows = [k for k, (of_a, of_b, pressed) in enumerate(digits) if pressed > 0.0 and max(of_a, of_b) >= 0]
+            if rows:
+                met.append((p, q, c, rows))
+    if not met:
         return None
-    ends = itertools.accumulate((len(c) for _, _, c in parts), initial=0)
     sides: list[_Side] = []
-    for (p, q, c), begins in zip(parts, ends, strict=False):
-        for who, other, digit in ((p, q, p.build.digit[c.a]), (q, p, q.build.digit[c.b])):
+    count = 0
+    for p, q, c, rows in met:
+        for who, other, a in ((p, q, c.a), (q, p, c.b)):
+            digit = who.build.digits_of(a[rows])
             for right in (False, True):
-                mine = np.flatnonzero((digit >= 0) & (digit // DIGITS == int(right)))
-                if who.name in asked and len(mine):
-                    digits: list[int] = (digit[mine] % DIGITS).tolist()
-                    sides.append(_Side((who.name, right), other.name, (mine + begins).tolist(), digits, who is p))
-    names = list(dict.fromkeys(p.name for pair in parts for p in pair[:2]))
-    begin = dict(zip(names, itertools.accumulate((len(posed[n].primitives) for n in names), initial=0), strict=False))
-    found = _joined([c for _, _, c in parts], [begin[p.name] for p, _, _ in parts], [begin[q.name] for _, q, _ in parts])
-    everybody = PrimitiveSet.join([posed[n].primitives for n in names])
-    speeds = np.concatenate([posed[n].velocity for n in names])
+                mine = [k for k, d in enumerate(digit) if d >= 0 and d // DIGITS == int(right)]
+                if who.name in asked and mine:
+                    sides.append(
+                        _Side((who.name, right), other.name, [count + k for k in mine], [digit[k] % DIGITS for k in mine], who is p)
+                    )
+        count += len(rows)
+    people = list({p.name: p for pair in met for p in pair[:2]}.values())
+    first = dict(zip((p.name for p in people), itertools.accumulate((len(p.primitives) for p in people), initial=0), strict=False))
+    found = _joined([_Part(c, rows, first[p.name], first[q.name]) for p, q, c, rows in met])
+    everybody, speeds = _everybody(people), np.concatenate([p.velocity for p in people])
     motion = np.zeros((len(found), 9))
     motion[:, 0:3] = speeds[found.b]
-    sizes, soft = [len(c) for _, _, c in parts], [FLESH_COMPLIANCE] * len(parts)
+    sizes, soft = [len(rows) for *_, rows in met], [FLESH_COMPLIANCE] * len(met)
     return _Felt(_feel(found, sizes, soft, (everybody, everybody), speeds[found.a], motion), found.depth, sides)
+
+
+def _everybody(people: list[Posed]) -> PrimitiveSet:
+    return PrimitiveSet.of_cones(np.concatenate([p.cones for p in people]))
 
 
 def _feel(
@@ -282,20 +302,16 @@ def _cross(a: F64, b: F64) -> F64:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def _joined(parts: list[ContactArray], first_a: list[int], first_b: list[int]) -> ContactArray:
+def _joined(parts: list[_Part]) -> ContactArray:
     """Contacts one after the other, their primitives counted from where those of each part begin."""
     return ContactArray(
-        np.concatenate([c.a + k for c, k in zip(parts, first_a, strict=True)]),
-        np.concatenate([c.b + k for c, k in zip(parts, first_b, strict=True)]),
-        np.concatenate([c.point for c in parts]),
-        np.concatenate([c.normal for c in parts]),
-        np.concatenate([c.depth for c in parts]),
-        np.concatenate([c.field_depth for c in parts]),
+        np.concatenate([part.contacts.a[part.rows] + part.first_a for part in parts]),
+        np.concatenate([part.contacts.b[part.rows] + part.first_b for part in parts]),
+        np.concatenate([part.contacts.point[part.rows] for part in parts]),
+        np.concatenate([part.contacts.normal[part.rows] for part in parts]),
+        np.concatenate([part.contacts.depth[part.rows] for part in parts]),
+        np.concatenate([part.contacts.field_depth[part.rows] for part in parts]),
     )
-
-
-def _contacts(c: ContactArray, rows: I64) -> ContactArray:
-    return ContactArray(c.a[rows], c.b[rows], c.point[rows], c.normal[rows], c.depth[rows], c.field_depth[rows])
 
 
 def _arrays(s: PrimitiveSet) -> tuple[NDArray[np.int32], NDArray[np.int32], F64, F64, F64]:

@@ -6,6 +6,8 @@ with "rare" it needs those between, for fewer bytes. A full frame comes at least
 does whoever lost a frame that others refer to. docs/reference/motion-stream.md describes the bytes.
 """
 
+from functools import cache
+
 import numpy as np
 
 from vistel.wire.motion_codec.decoder import ListFrame, MotionDecoder, MotionFrame
@@ -33,6 +35,7 @@ __all__ = (
 )
 
 
+@cache
 def warm_up() -> None:
     """Compile the codec, so that the first frame is as quick as the others."""
     encoder, decoder = MotionEncoder(), MotionDecoder()

@@ -307,6 +307,20 @@ def _kind(header):
 
 
 @_compiled
+def quantise(numbers, step, low, high, hysteresis, last, out):
+    """(N,) numbers in whole steps from `low` to `high` into `out`, 0 for what is not finite; `last` (N,): the last ones, which stay
+    where a number is within `hysteresis` steps of them."""
+    for i in range(len(numbers)):
+        x = numbers[i] / step[i]
+        if not np.isfinite(x):
+            x = 0.0
+        if not abs(x - last[i]) <= hysteresis:  # at first there is none
+            last[i] = np.rint(x)
+        last[i] = min(max(last[i], float(low[i])), float(high[i]))
+        out[i] = np.int64(last[i])
+
+
+@_compiled
 def encode_frame(out, work, values, reference, change, present, table):
     """Write a frame to `out` (uint8, long enough) and return its size in bytes. work: (WORK_SIZE,) with the header filled in."""
     header, s = work[:HEADER_SIZE], work[HEADER_SIZE:]

@@ -52,23 +52,23 @@ class MotionFrame:
         "undecoded",
     )
 
-    def __init__(self, seq: int, t_ns: int, data: U8, work: I64, reference: MotionFrame | None) -> None:
-        """data: the bytes; work: as `begin_frame` leaves it; reference: the key frame, None for a full frame."""
+    def __init__(self, seq: int, t_ns: int, data: U8, work: I64, header: list[int], reference: MotionFrame | None) -> None:
+        """data: the bytes; work: as `begin_frame` leaves it; header: its begin; reference: the key frame, None for a full frame."""
         self.seq, self.t_ns = seq, t_ns
         self._data, self._work, self._reference = data, work, reference
         self._values: I64 | None = None
         self._change, self._span = _ZEROS, 0
         self.intact = True
         """False once decoding has shown that its bytes, or those it refers to, are damaged."""
-        stale = int(work[k.STALE])
+        stale = header[k.STALE]
         if reference is None:
-            self._version, self._mask, self._grain = int(work[k.VERSION]), int(work[k.PARTS]), int(work[k.GRAIN])
+            self._version, self._mask, self._grain = header[k.VERSION], header[k.PARTS], header[k.GRAIN]
             self._stale = 0 if stale == k.SAME else stale
             self.undecoded = 1
         else:
             self._version, self._mask, self._grain = reference._version, reference._mask, reference._grain
             self._stale = reference._stale if stale == k.SAME else stale
-            self._span = int(work[k.DISTANCE])
+            self._span = header[k.DISTANCE]
             self.undecoded = 1 + reference.undecoded
 
     def sample(self) -> MotionSample:
@@ -168,22 +168,23 @@ class MotionDecoder:
         data = np.frombuffer(bytearray(frame), np.uint8)  # not read-only: one kernel for both directions
         work = np.empty(k.WORK_SIZE, np.int64)
         k.begin_frame(data, work)
+        header: list[int] = work[: k.HEADER_SIZE].tolist()
         reference = None
-        if work[k.IS_FULL]:
-            if work[k.VERSION] not in VERSIONS or work[k.PARTS] >= MASKS:
+        if header[k.IS_FULL]:
+            if header[k.VERSION] not in VERSIONS or header[k.PARTS] >= MASKS:
                 return None
         else:
-            reference = self._keys.get(seq - int(work[k.DISTANCE]))
+            reference = self._keys.get(seq - header[k.DISTANCE])
             if reference is None or not reference.intact or not 0 <= t_ns - reference.t_ns <= OLDEST_KEY_NS:
                 return None
-        opened = MotionFrame(seq, t_ns, data, work, reference)
+        opened = MotionFrame(seq, t_ns, data, work, header, reference)
         known = (seq, t_ns) in self._opened
         if not known:
             self._opened.append((seq, t_ns))
         if opened.undecoded > MOST_UNDECODED:
             opened.numbers()
         held = self._keys.get(seq)
-        if work[k.KEEP] and (not known or (held is not None and not held.intact)):
+        if header[k.KEEP] and (not known or (held is not None and not held.intact)):
             self._keys.pop(seq, None)
             self._keys[seq] = opened
             if len(self._keys) > KEYS_KEPT:

@@ -71,15 +71,15 @@ class MotionEncoder:
         place = len(self._sent)
         key = self._sent[place - self._plan[place]] if place else None
         stale = int(sample.stale) & ALL_STALE
-        header = self._work[: k.HEADER_SIZE]
-        header[:] = 0
+        header = [0] * k.HEADER_SIZE
         header[k.STALE] = k.SAME if stale == (0 if key is None else key.stale) else stale
         span = 0
         if key is None:
             header[k.IS_FULL], header[k.VERSION], header[k.PARTS], header[k.GRAIN] = 1, NEWEST, mask, self._grain
         else:
             span = sample.seq - key.seq
-            header[k.DISTANCE], header[k.SPAN], header[k.KEEP] = span, key.span, place in self._key_frames
+            header[k.DISTANCE], header[k.SPAN], header[k.KEEP] = span, key.span, int(place in self._key_frames)
+        self._work[: k.HEADER_SIZE] = header
         before, change = (_ZEROS, _ZEROS) if key is None else (key.values, key.change)
         size = k.encode_frame(self._out, self._work, values, before, change, PRESENT[mask], self._table)
         self._sent.append(_Sent(sample.seq, values, values - before if span else _ZEROS, span, stale))
@@ -94,11 +94,9 @@ class MotionEncoder:
         return out
 
     def _quantise(self, raw: F64) -> I64:
-        steps = raw / self._scale.step
-        steps[~np.isfinite(steps)] = 0.0
-        whole = np.where(np.abs(steps - self._last_values) <= self._hysteresis, self._last_values, np.rint(steps))
-        self._last_values = np.minimum(np.maximum(whole, self._scale.low), self._scale.high)
-        return self._last_values.astype(np.int64)
+        values, s = np.empty(NUMBERS, np.int64), self._scale
+        k.quantise(raw, s.step, s.low, s.high, self._hysteresis, self._last_values, values)
+        return values
 
     def _must_be_full(self, sample: MotionSample, mask: int) -> bool:
         if not self._sent or len(self._sent) == len(self._plan) or sample.seq <= self._last_seq or mask != self._mask:
