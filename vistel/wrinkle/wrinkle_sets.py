@@ -107,7 +107,7 @@ def sets_of(told: toml.TomlFile, look: Callable[[str], WrinkleShape]) -> list[Wr
     out: list[WrinkleSet] = []
     for k, entry in enumerate(file.sets):
         if entry.region not in known:
-            raise WrinkleError(told.told([f"sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}"]))
+            raise WrinkleError(told.described([f"sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}"]))
         # A plane of the usual size: what leaves it here leaves it on everybody.
         instances(entry.wrinkles, (1.0, 1.0), source, shape, wraps=True, scale=1e-6)
         out.append(WrinkleSet(entry, known[entry.region], {w.shape: shape(w.shape) for w in entry.wrinkles}, source))

@@ -19,8 +19,9 @@ DRAWN_BACK_M = 0.13
 """How far each hand is drawn back [m]."""
 HIGH_M = 0.38
 """How high over the table palms meet [m]."""
-PALM_M = 0.026
-"""From a wrist's line to the palm's skin [m]."""
+PALM_M = 0.045
+"""Of each hand's middle from the plane in which palms meet [m]: half a hand, and how far measured hands go beyond where quick
+ones stop."""
 READY_S = 1.2
 """From rest to a first clap [s]."""
 
@@ -46,8 +47,9 @@ def _clap(one: Hand, two: Hand) -> np.ndarray:
     spot = middle + (one.layout.table(middle) + HIGH_M) * UP
     across = level(seats[1] - seats[0])
     for hand, palm in ((one, across), (two, -across)):
-        # Along the forearm, or the wrist could not bend so far; leaning towards each other, so that the wrists stay apart.
-        fingers = 0.8 * UP + 0.5 * level(spot - hand.shoulder()) + 0.1 * palm
+        # Along the forearm, or the wrist could not bend so far.
+        fingers = 0.8 * UP + 0.5 * level(spot - hand.shoulder())
+        fingers = fingers - (fingers @ palm - 0.03) * palm
         rotation = hand_rotation(hand.sign, fingers, palm)
         wrist = spot - rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale) - PALM_M * palm
         back = wrist - DRAWN_BACK_M * palm

@@ -12,7 +12,7 @@ from vistel.conference.model import Conference
 from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, LEAP, VRPN
-from vistel_cli.log.imported.recorded import NAME, SITE, Film, Recorded, Said
+from vistel_cli.log.imported.recorded import NAME, SITE, Assumed, Film, Recorded
 from vistel_cli.overwriting import Force, keep_existing, out_file, written_whole
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
@@ -78,9 +78,9 @@ def import_(
     delays = [*(delay or []), *[0.0] * len(files)][: len(files)]
     if len(delay or []) > len(files):
         fail(f"--delay: is given {len(delay or [])} times, for {len(files)} {'file' if len(files) == 1 else 'files'}", USAGE)
-    said = Said(height, unit, up, clock, _frames(frame or []))
+    assumed = Assumed(height, unit, up, clock, _frames(frame or []))
     with waiting(f"reading {', '.join(path.name for path in files)}"):
-        found = [_read(path, said) for path in files]
+        found = [_read(path, assumed) for path in files]
     films = _films(found, delays, output)
     keep_existing(*(path for *_, path in films), force=force)
     people = [p for f in found for p in f.people]
@@ -108,8 +108,8 @@ def import_(
     begun_ns = LogReader(output).begin_ns
     for film, late, path in films:
         with waiting(f"writing {path}"):
-            told = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)
-        out.print(told, soft_wrap=True)
+            note = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)
+        out.print(note, soft_wrap=True)
 
 
 def _films(found: list[Recorded], delays: list[float], output: Path) -> list[tuple[Film, float, Path]]:
@@ -147,7 +147,7 @@ def _frames(given: list[str]) -> dict[str, str]:
     return frames
 
 
-def _read(path: Path, said: Said) -> Recorded:
+def _read(path: Path, assumed: Assumed) -> Recorded:
     from vistel.log.c3d import read_c3d
     from vistel.log.headsets.hololens import is_recording
     from vistel.log.headsets.leap import COMPRESSED
@@ -160,21 +160,21 @@ def _read(path: Path, said: Said) -> Recorded:
     kind = path.suffix.lower()
     try:
         if is_bag(path):
-            return bag.bag(path, said)
+            return bag.bag(path, assumed)
         if is_recording(path):
-            return hands.hololens(path, said)
+            return hands.hololens(path, assumed)
         if is_hand_over(path):
             return motion.hand_over(path)
         if kind == ".bvh":
             return motion.bvh(path)
         if kind == ".csv":
-            return sensors.sensors(path, said.height, read_table(path, said.unit or "m", said.up or "y", said.clock))
+            return sensors.sensors(path, assumed.height, read_table(path, assumed.unit or "m", assumed.up or "y", assumed.clock))
         if kind == ".c3d":
-            return sensors.sensors(path, said.height, read_c3d(path, said.unit, said.up or "z"))
+            return sensors.sensors(path, assumed.height, read_c3d(path, assumed.unit, assumed.up or "z"))
         if kind == ".vrpn":
-            return sensors.capture(path, said.height)
+            return sensors.capture(path, assumed.height)
         if kind in (".json", ".jsonl", COMPRESSED):
-            return hands.leap(path, said)
+            return hands.leap(path, assumed)
     except (SensorError, MotionError) as e:
         fail(str(e))
     fail(f"{path}: expected {KINDS}")

@@ -12,7 +12,7 @@ from vistel.log.ros.sound import voice_of
 from vistel.log.sensors import DEVICE, SensorError
 from vistel.v1.audio_pb2 import Voice
 from vistel.wire.topics import BY_NAME
-from vistel_cli.log.imported.recorded import NAME, SITE, Film, Messages, Recorded, Said
+from vistel_cli.log.imported.recorded import NAME, SITE, Assumed, Film, Messages, Recorded
 from vistel_cli.log.imported.sensors import Read, reads_of, tracked, worn
 from vistel_cli.terminal import print_warning
 
@@ -20,17 +20,17 @@ BESIDE_S = 60.0
 """Sound that is farther from all that the sensors say is of another time [s]."""
 
 
-def bag(path: Path, said: Said) -> Recorded:
+def bag(path: Path, assumed: Assumed) -> Recorded:
     """The people of a bag. Raises SensorError."""
     found = read_bag(path)
     people: list[dict[str, Any]] = []
     reads: list[list[Read]] = []
     voices: list[Sound | None] = []
-    named = people_of(found, said.frames)
+    named = people_of(found, assumed.frames)
     for name, frames in named.items():
-        take = take_of(found, frames, said.unit or "m", said.up or "z")
-        told, _ = reads_of(path, f"{path.name}, {name}" if name else path.name, said.height, take)
-        people.append(tracked(name.replace("/", "-") or path.resolve().name, said.height, f"{DEVICE}@imported"))
+        take = take_of(found, frames, assumed.unit or "m", assumed.up or "z")
+        told, _ = reads_of(path, f"{path.name}, {name}" if name else path.name, assumed.height, take)
+        people.append(tracked(name.replace("/", "-") or path.resolve().name, assumed.height, f"{DEVICE}@imported"))
         reads.append(told)
         voices.append(_sound_of(found, name, alone=len(named) == 1))
     first, last = min(r[0][0] for r in reads), max(r[-1][0] for r in reads)

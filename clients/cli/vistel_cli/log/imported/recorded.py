@@ -18,8 +18,8 @@ Messages = Iterator[tuple[Topic, str, Any, int]]
 
 
 @dataclass(frozen=True)
-class Said:
-    """What somebody says of a file's numbers, where it does not say it itself. height: of people [m]; unit, up: None: what is usual
+class Assumed:
+    """What is assumed of a file's numbers where it does not state it itself. height: of people [m]; unit, up: None: what is usual
     for the kind of file; clock: of times; frames: of a bag, the frame of each sensor."""
 
     height: float
