@@ -21,7 +21,8 @@ from pxr import Usd, UsdSkel, UsdValidation
 
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
-from vistel.wire.world.decoder import WorldDecoder
+from vistel.wire.world.decoder import RoomState
+from vistel.wire.world.recorded import TOPICS, RecordedWorld
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow]
 
@@ -128,6 +129,15 @@ def _records(run: Run, topic: str) -> list:
     return list(LogReader(run.out / "conference.mcap").records(topics=(topic,)))
 
 
+def _rooms(run: Run) -> list[RoomState]:
+    """As the log has them, each once; where the world was there before the recorder, from the first whole room on."""
+    world = RecordedWorld()
+    records = LogReader(run.out / "conference.mcap").records(topics=TOPICS)
+    rooms = [now for record in records for now in world.take(record)]
+    assert np.diff([room.t_ns for room in rooms]).all()
+    return rooms
+
+
 def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> None:
     for person in PEOPLE:
         times = [r.message.header.t_ns for r in _records(conference, "motion") if r.names["participant"] == person]
@@ -142,9 +152,7 @@ def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> No
 
 def test_a_killed_world_comes_back_and_goes_on_where_it_was(conference: Run) -> None:
     killed = conference.killed_at_ns["hub/world"]
-    decoder = WorldDecoder()
-    rooms = [now for r in _records(conference, "world_state") for now in decoder.read(r.message)]
-    assert not decoder.lost and decoder.differed == 0
+    rooms = _rooms(conference)
     before = max((r for r in rooms if r.t_ns < killed), key=lambda r: r.t_ns)
     later = (r for r in rooms if r.t_ns > killed + 50_000_000 and set(r.participants) == set(PEOPLE))
     after = min(later, key=lambda r: r.t_ns)
@@ -207,8 +215,7 @@ def test_a_replay_from_devices_begins_with_people_and_things_as_they_were(confer
         first = next(video.decode(video=0)).to_ndarray(format="bgr24")
     assert min(np.abs(first - picture).mean() for picture in recorded) < 15  # an empty table or other postures: more than 20
     begin_ns = LogReader(conference.out / "conference.mcap").begin_ns
-    decoder = WorldDecoder()
-    rooms = [now for r in _records(conference, "world_state") for now in decoder.read(r.message)]
+    rooms = _rooms(conference)
     then = [room for room in rooms if 12.0 <= (room.t_ns - begin_ns) * 1e-9 <= 14.0]
     held = {",".join(room.holders("baton")) for room in then}
     replayed = re.findall(r"thing=baton held_by=(\S+)", (tmp_path / "logs" / "replay.log").read_text())

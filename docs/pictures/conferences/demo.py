@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from vistel.wire.log import LogReader
-from vistel.wire.world.decoder import WorldDecoder
+from vistel.wire.world.recorded import TOPICS, RecordedWorld
 
 ROOT = Path(__file__).resolve().parents[3]
 THIRD = {"aiko": "tokyo", "ben": "columbus", "carla": "zurich"}
@@ -25,8 +25,8 @@ APART_NS = 200_000_000
 def main() -> None:
     out = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "out" / "latest"
     reader = LogReader(out / "conference.mcap")
-    decoder = WorldDecoder()
-    rooms = [(now, r.log_ns) for r in reader.records(topics=("world_state",)) for now in decoder.read(r.message)]
+    world = RecordedWorld()
+    rooms = [(now, r.log_ns) for r in reader.records(topics=TOPICS) for now in world.take(r)]
     shared = [(now, log_ns) for now, log_ns in rooms if len({g.participant for g in now.grasps}) > 1]
     if not shared:
         sys.exit(f"{out}: nobody hands anything over in this log; run `make demo` for 20 s or longer")

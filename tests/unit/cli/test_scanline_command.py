@@ -49,7 +49,7 @@ def test_a_scene_becomes_a_picture_and_a_report(scene: Path, tmp_path: Path) -> 
 def test_an_output_that_cannot_be_written_is_refused_before_the_work(scene: Path, tmp_path: Path) -> None:
     done = RUNNER.invoke(app, ["scanline", str(scene), "-o", str(tmp_path / "none" / "out.png")])
     assert done.exit_code == 1
-    assert len(done.stderr.strip().splitlines()) == 1 and "does not exist" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1 and "there is no folder" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_a_path_with_brackets_stays_whole_in_what_a_command_prints(tmp_path: Pat
 
 def test_nothing_in_the_command_but_its_help_is_markup() -> None:
     tag = re.compile(r"\[/?(bold|dim|red|green|yellow)\]|\[/\]|rich\.markup|Console\(")
-    help_only = re.compile(r"\[bold\]Examples?\[/bold\]")
+    help_only = re.compile(r"\[bold\](Examples?|Commands)\[/bold\]")
     for file in Path(vistel_cli.__file__).parent.rglob("*.py"):
         if file.name != "terminal.py":
             left = tag.search(help_only.sub("", file.read_text("utf-8")))

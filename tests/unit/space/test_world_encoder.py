@@ -22,7 +22,10 @@ from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState
+from vistel.wire.log import LogRecord
+from vistel.wire.topics import BY_NAME
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
+from vistel.wire.world.recorded import RecordedWorld
 
 
 def handled(steps: int, *commands: tuple[int, CommandInput]) -> list[WorldView]:
@@ -209,3 +212,22 @@ def test_the_same_inputs_give_the_same_messages_whatever_the_thread_count() -> N
     code = "from test_world_encoder import digest; print(digest())"
     done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == digest()
+
+
+@pytest.mark.parametrize("missed", [3, 130])
+def test_a_log_that_begins_in_the_middle_is_followed_from_the_next_whole_room_on_and_tells_no_room_twice(
+    views: list[WorldView], missed: int
+) -> None:
+    """The first whole room may be in it although the step after that is not."""
+    world, rooms = RecordedWorld(), list[RoomState]()
+    for k, (_, encoded) in enumerate(told(views)):
+        for topic, message in (("world_key", encoded.whole), ("world_state", encoded.state)):
+            if message is not None and (k >= missed or topic == "world_key"):
+                rooms += world.take(LogRecord(BY_NAME[topic], "", {}, message, k, 0))
+    by_step = {view.step: view for view in views}
+    steps = [room.step for room in rooms]
+    assert len(set(steps)) == len(steps) and steps[-1] == views[-1].step
+    whole = next(step for step in steps if step > missed + 2)
+    assert whole <= (missed // KEY_STEPS + 1) * KEY_STEPS + 1
+    for room in rooms[steps.index(whole) + 1 :: 10]:
+        same(room, by_step[room.step], newest=False)

@@ -27,7 +27,7 @@ def test_a_sentence_is_nearest_to_itself(seed: int) -> None:
             near = nearest.find(text)
             assert near is not None
             assert near.distance == 0.0
-            assert near.said.means == GRAMMAR.read(text).means  # type: ignore[union-attr]
+            assert near.sentence.means == GRAMMAR.read(text).means  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_a_sentence_is_nearest_to_itself(seed: int) -> None:
 def test_a_text_with_faults_is_put_right(text: str, nearest: str) -> None:
     near = (ENGLISH if text.isascii() else JAPANESE).find(text)
     assert near is not None
-    assert GRAMMAR.read(near.said.text).means == GRAMMAR.read(nearest).means  # type: ignore[union-attr]
+    assert GRAMMAR.read(near.sentence.text).means == GRAMMAR.read(nearest).means  # type: ignore[union-attr]
     assert 0.0 <= near.distance < FARTHEST
 
 

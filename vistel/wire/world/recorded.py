@@ -14,6 +14,8 @@ class RecordedWorld:
     def __init__(self) -> None:
         self._decoder = WorldDecoder()
         self._snapshot = SnapshotBuilder()
+        self._begun_ns = 0
+        """The time of the whole message that was begun with last."""
 
     def take(self, record: LogRecord) -> list[RoomState]:
         """The steps that a record completes, in order."""
@@ -28,4 +30,7 @@ class RecordedWorld:
         if not self._decoder.lost:
             return steps
         now = self._decoder.begin(self._snapshot.snapshot())
-        return [now] if now is not None else []
+        if now is None or now.t_ns == self._begun_ns:
+            return []
+        self._begun_ns = now.t_ns
+        return [now]

@@ -250,7 +250,7 @@ def test_a_bad_scene_ends_the_command_with_one_line(tmp_path: Path, name: str) -
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX paths")
 def test_an_output_that_cannot_be_written_is_reported_before_work_starts(tmp_path: Path) -> None:
-    for output, said in ((tmp_path / "no" / "a.png", "does not exist"), (tmp_path / "a.tiff", "expected .png")):
+    for output, said in ((tmp_path / "no" / "a.png", "there is no folder"), (tmp_path / "a.tiff", "expected .png")):
         code, _, error = run(str(ROOT / "examples/scenes/blobs.toml"), "-o", str(output))
         assert (code, error.count("\n")) == (1, 1)
         assert said in error
