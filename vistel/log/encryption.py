@@ -6,21 +6,21 @@ files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import pyrage
 
 from vistel.whole_file import whole_file
 
+if TYPE_CHECKING:
+    from vistel.log.redact import Progress
+
 MOST_KEY_BYTES = 65_536
 """Of a file with keys; a larger one is none."""
 _SSH_PRIVATE = "-----BEGIN "
 _AGE_PRIVATE = "AGE-SECRET-KEY-"
-
-Progress = Callable[[float], None]
-"""Called with the share that is done, 0 to 1."""
 
 
 class EncryptionError(ValueError):

@@ -33,7 +33,7 @@ MOST_WIDE = 2000
 """Points of a curve are at most twice as many."""
 Answer = tuple[str, str]
 """Its kind, and JSON."""
-Put = Callable[[str, str], None]
+Answered = Callable[[str, str], None]
 """Gets answers: kinds, and JSON."""
 
 
@@ -69,7 +69,7 @@ def plot_asked(words: object, offset: float) -> PlotAsked:
 class Questions:
     """Lives on the event loop. `put` gets each answer, some of them in parts; `close` ends the process."""
 
-    def __init__(self, path: Path, other: Path | None, put: Put) -> None:
+    def __init__(self, path: Path, other: Path | None, put: Answered) -> None:
         self._put = put
         spawning = multiprocessing.get_context("spawn")
         self._here, there = spawning.Pipe()
@@ -104,10 +104,10 @@ class Lasting:
     def __init__(self, path: Path, kind: str) -> None:
         self._path, self._kind, self._answer = path, kind, ""
         self._questions: Questions | None = None
-        self.pages: list[Put] = []
+        self.pages: list[Answered] = []
 
     @contextlib.contextmanager
-    def answering(self, put: Put) -> Generator[None]:
+    def answering(self, put: Answered) -> Generator[None]:
         """While entered, `put` gets as much as is known."""
         self.pages.append(put)
         if self._answer:

@@ -240,7 +240,7 @@ function showStudio(address: string): void {
 
 /** What is said to the pages of guests alone. */
 function isOfGuests(words: Words): words is Invited | Heard | Shown | Time | Private {
-  return ["invited", "shown", "time", "private"].includes(words.kind);
+  return ["invited", "heard", "shown", "time", "private"].includes(words.kind);
 }
 
 function see(data: ArrayBuffer): void {

@@ -5,15 +5,12 @@ const APART_MS = 120; // from one to the next: the world takes ten commands a se
 const KEPT_MS = 60_000; // what was asked longer ago is not asked again
 
 export class Asks {
-  private readonly send: (text: string) => void;
   private unheard: { n: number; text: string; at: number }[] = [];
   private number = 0;
   private sent = 0; // the number of the last one that went into this connection
   private sentAt = -Infinity;
 
-  constructor(send: (text: string) => void) {
-    this.send = send;
-  }
+  constructor(private readonly send: (text: string) => void) {}
 
   ask(said: object): void {
     this.number += 1;

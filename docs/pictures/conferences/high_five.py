@@ -23,7 +23,7 @@ from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.view import View
 from vistel.wire.log import LogReader, LogRecord
-from vistel.wire.world.decoder import WorldDecoder
+from vistel.wire.world.recorded import TOPICS, RecordedWorld
 from vistel_cli.testing.simulated_conference import SimulatedConference
 
 OUT = Path(__file__).with_name("high-five.mp4")
@@ -40,7 +40,7 @@ STILL_S = 2.6
 def main() -> None:
     person = {"motion": "high-five", "height": 1.7}
     sites = [
-        {"name": site, "participants": [person | {"name": name, "avatar": f"builtin:person={name}"}]}
+        {"name": site, "participants": [person | {"name": name, "display_name": name.title(), "avatar": f"builtin:person={name}"}]}
         for site, name in SITES.items()
     ]
     conference = Conference.model_validate({"name": "high-five", "room": {"seats": 3}, "sites": sites})
@@ -74,7 +74,7 @@ def _filmed(reader: LogReader, site: str, own: str, film: Path) -> Path:
 
 
 def _instants(reader: LogReader, site: str, own: str) -> Iterator[Instant]:
-    stage, decoder = Stage(live_delay(PlayoutConfig()), frozenset({own})), WorldDecoder()
+    stage, world = Stage(live_delay(PlayoutConfig()), frozenset({own})), RecordedWorld()
     waiting = _arriving(reader, site, own)
     for n in range(round((END_S - BEGIN_S + PREROLL_S) * RATE)):
         now_ns = reader.begin_ns + round((BEGIN_S - PREROLL_S + n / RATE) * 1e9)
@@ -85,7 +85,7 @@ def _instants(reader: LogReader, site: str, own: str) -> Iterator[Instant]:
             elif record.topic.name == "motion":
                 stage.receive_motion(record.names["participant"], record.message, at_ns)
             else:
-                for room in decoder.read(record.message):
+                for room in world.take(record):
                     stage.receive_world(room, at_ns)
         instant = stage.instant(now_ns)
         if n >= PREROLL_S * RATE:
@@ -94,10 +94,9 @@ def _instants(reader: LogReader, site: str, own: str) -> Iterator[Instant]:
 
 def _arriving(reader: LogReader, site: str, own: str) -> list[tuple[int, LogRecord]]:
     """What a site gets and when: what is another's, the world's too at all but the first site, comes over the link."""
-    chance, out = random.Random(site), list[tuple[int, LogRecord]]()
-    newest = dict[str, int]()
-    for record in reader.records(topics=("participant", "motion", "world_state")):
-        here = record.names.get("participant") == own or (record.topic.name == "world_state" and site == next(iter(SITES)))
+    chance, out, newest = random.Random(site), list[tuple[int, LogRecord]](), dict[str, int]()
+    for record in reader.records(topics=("participant", "motion", *TOPICS)):
+        here = record.names.get("participant") == own or (record.topic.name in TOPICS and site == next(iter(SITES)))
         at_ns = record.log_ns + (0 if here else LINK_NS + round(chance.random() * JITTER_NS))
         newest[record.topic.name] = at_ns = max(at_ns, newest.get(record.topic.name, 0))
         out.append((at_ns, record))

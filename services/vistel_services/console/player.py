@@ -8,7 +8,7 @@ import json
 from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
-from vistel.log.questions import Put
+from vistel.log.questions import Answered
 from vistel.render.stage.stage import looks_before
 from vistel.session.chat import Chat
 from vistel.session.going.numbers import Numbers
@@ -26,7 +26,7 @@ _NUMBERS_NS = 500_000_000
 class Player:
     """Lives on the event loop. feed: what is made of the log; numbers: whether how everything did is told, too."""
 
-    def __init__(self, conference: Conference, reader: LogReader, put: Put, *, numbers: bool = True) -> None:
+    def __init__(self, conference: Conference, reader: LogReader, put: Answered, *, numbers: bool = True) -> None:
         """put: gets kinds of words, and JSON."""
         playout = conference.playout.model_copy(update={"delay": conference.playout.recorded_s})
         self._delay_ns = round(playout.recorded_s * 1e9)

@@ -9,98 +9,86 @@ from vistel.protocol.pages.pointer import asked_of
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.guest_pages import GuestPages, Kept
 from vistel.space.actions import absent
-from vistel.v1.command_pb2 import CommandResult
+from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 
 
+class Guest:
+    """sent: records to the guest's site, each a command; what the world answers comes by the bus."""
+
+    def __init__(self, *panels: str) -> None:
+        network, self.clock, self.sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
+        self.pages = GuestPages("guest-1", network.bus("demo", "hub", self.clock), self.clock, self.sent.append, Kept([*panels]))
+        self._results = network.bus("demo", "hub", self.clock).publish(BY_NAME["command_result"], participant="guest-1")
+
+    async def after(self, ns: int) -> list[str]:
+        """What the gateway hears when it looks so much later."""
+        await self.clock.advance_to_ns(self.clock.now_ns() + ns)
+        return self.pages.answers()
+
+    def answer(self, record: bytes, *, has_them: bool = True) -> Command:
+        """The world does a command, or says that it has no such guest."""
+        command = asked_of(record)
+        assert command is not None
+        outcome = CommandResult.OUTCOME_DONE if has_them else CommandResult.OUTCOME_REFUSED
+        self._results.put(CommandResult(id=command.id, outcome=outcome, reason="" if has_them else absent("guest-1")))
+        return command
+
+
 def test_what_has_no_answer_is_given_again_as_the_same_command_and_not_for_ever() -> None:
     async def play() -> None:
-        network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
-        hub = network.bus("demo", "hub", clock)
-        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept(["panel-1"]))
-        results = hub.publish(BY_NAME["command_result"], participant="guest-1")
+        guest = Guest("panel-1")
+        assert guest.pages.ask({"turn": 1})
+        assert await guest.after(AGAIN_NS // 2) == [] and len(guest.sent) == 1
+        assert await guest.after(AGAIN_NS) == [] and len(guest.sent) == 2
+        assert asked_of(guest.sent[0]) == guest.answer(guest.sent[1]), "with the same id, so that the world does it once"
+        (told,) = await guest.after(AGAIN_NS)
+        assert json.loads(told)["done"] and len(guest.sent) == 2
 
-        async def after(ns: int) -> list[str]:
-            await clock.advance_to_ns(clock.now_ns() + ns)
-            return pages.answers()
-
-        assert pages.ask({"turn": 1})
-        assert await after(AGAIN_NS // 2) == [] and len(sent) == 1
-        assert await after(AGAIN_NS) == [] and len(sent) == 2
-        command = asked_of(sent[1])
-        assert command is not None and command == asked_of(sent[0]), "with the same id, so that the world does it once"
-        results.put(CommandResult(id=command.id, outcome=CommandResult.OUTCOME_DONE))
-        (told,) = await after(AGAIN_NS)
-        assert json.loads(told)["done"] and len(sent) == 2
-
-        assert pages.ask({"away": True})
+        assert guest.pages.ask({"away": True})
         for _ in range(3 * ANSWER_NS // AGAIN_NS):
-            assert await after(AGAIN_NS) == []
-        assert len(sent) - 2 <= ANSWER_NS // AGAIN_NS + 1
-        pages.close()
+            assert await guest.after(AGAIN_NS) == []
+        assert len(guest.sent) - 2 <= ANSWER_NS // AGAIN_NS + 1
+        guest.pages.close()
 
     asyncio.run(play())
 
 
 def test_what_is_asked_before_the_world_has_the_guest_is_asked_anew_until_it_does() -> None:
     async def play() -> None:
-        network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
-        hub = network.bus("demo", "hub", clock)
-        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept())
-        results = hub.publish(BY_NAME["command_result"], participant="guest-1")
-        ids: list[str] = []
+        guest, ids = Guest(), list[str]()
 
-        async def answered(outcome: CommandResult.Outcome, reason: str = "") -> list[str]:
-            command = asked_of(sent[-1])
-            assert command is not None
-            ids.append(command.id)
-            results.put(CommandResult(id=command.id, outcome=outcome, reason=reason))
-            await clock.advance_to_ns(clock.now_ns() + AGAIN_NS)
-            return pages.answers()
+        async def answered(*, has_them: bool) -> list[str]:
+            ids.append(guest.answer(guest.sent[-1], has_them=has_them).id)
+            return await guest.after(AGAIN_NS)
 
-        refused = CommandResult.OUTCOME_REFUSED
-        assert pages.ask({"new_board": True})
-        assert await answered(refused, absent("guest-1")) == [] and await answered(refused, absent("guest-1")) == []
-        (told,) = await answered(CommandResult.OUTCOME_DONE)
+        assert guest.pages.ask({"new_board": True})
+        assert await answered(has_them=False) == [] and await answered(has_them=False) == []
+        (told,) = await answered(has_them=True)
         assert json.loads(told)["done"] and len(set(ids)) == 3, "anew: the world answers the same command as before"
 
-        assert pages.ask({"new_board": True})
-        await clock.advance_to_ns(clock.now_ns() + ANSWER_NS)
-        (told,) = await answered(refused, absent("guest-1"))
+        assert guest.pages.ask({"new_board": True})
+        await guest.clock.advance_to_ns(guest.clock.now_ns() + ANSWER_NS)
+        (told,) = await answered(has_them=False)
         assert not json.loads(told)["done"], "not for ever"
-        pages.close()
+        guest.pages.close()
 
     asyncio.run(play())
 
 
 def test_what_is_asked_while_the_world_has_not_got_the_guest_is_done_in_the_order_in_which_it_was_asked() -> None:
     async def play() -> None:
-        network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
-        hub = network.bus("demo", "hub", clock)
-        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept())
-        results = hub.publish(BY_NAME["command_result"], participant="guest-1")
-        done: list[str] = []
-
-        async def world(has_them: bool) -> None:
-            """It answers all that it has got, and the gateway looks."""
-            for command in filter(None, map(asked_of, sent)):
-                outcome = CommandResult.OUTCOME_DONE if has_them else CommandResult.OUTCOME_REFUSED
-                results.put(CommandResult(id=command.id, outcome=outcome, reason="" if has_them else absent("guest-1")))
-                if has_them:
-                    done.append(command.write_note.text)
-            sent.clear()
-            await clock.advance_to_ns(clock.now_ns() + AGAIN_NS // 4)
-            pages.answers()
-
-        texts = ["first", "second", "third"]
-        assert all(pages.ask({"note": text}) for text in texts)
+        guest, done, texts = Guest(), list[str](), ["first", "second", "third"]
+        assert all(guest.pages.ask({"note": text}) for text in texts)
         for has_them in (False, False, True, True):
-            assert len(sent) <= len(texts)
-            await world(has_them)
+            answered = [guest.answer(record, has_them=has_them).write_note.text for record in guest.sent]
+            done += answered if has_them else []
+            guest.sent.clear()
+            await guest.after(AGAIN_NS // 4)
         assert done == texts
-        pages.close()
+        guest.pages.close()
 
     asyncio.run(play())
 

@@ -26,7 +26,7 @@ PLACE = {topic.name: n for n, topic in enumerate(RECORDED)}
 """Their order, for messages of the same time."""
 
 
-class Published(NamedTuple):
+class PublishedMessage(NamedTuple):
     """A message that was published. place: of its topic in RECORDED."""
 
     at_ns: int
@@ -40,20 +40,20 @@ class Window(NamedTuple):
     damage: what is known so far of what the log lacks."""
 
     until_ns: int
-    messages: list[Published]
+    messages: list[PublishedMessage]
     used: int
     damage: tuple[str, ...]
 
 
-class Listener:
+class PublishedMessages:
     """Notes what is published in a network, of the topics that are written down."""
 
     def __init__(self, network: MemoryNetwork, clock: LoopClock) -> None:
         self._clock = clock
-        self._messages: list[Published] = []
+        self._messages: list[PublishedMessage] = []
         network.listen(self._note)
 
-    def take(self) -> list[Published]:
+    def take(self) -> list[PublishedMessage]:
         """What was published since the last call."""
         messages, self._messages = self._messages, []
         return messages
@@ -61,7 +61,7 @@ class Listener:
     def _note(self, topic: Topic, key: str, payload: bytes) -> None:
         place = PLACE.get(topic.name)
         if place is not None:
-            self._messages.append(Published(self._clock.now_ns(), place, key, payload))
+            self._messages.append(PublishedMessage(self._clock.now_ns(), place, key, payload))
 
 
 def computed_sites(
@@ -96,7 +96,7 @@ class _Sites:
 
     async def begin(self, conference: Conference, source: str, start_ns: int, end_ns: int, paths: RunPaths) -> None:
         self._clock, network = LoopClock(start_ns), MemoryNetwork()
-        self._heard = Listener(network, self._clock)
+        self._heard = PublishedMessages(network, self._clock)
         bus = network.bus(conference.name, "hub", self._clock, None)
         self._feeder = Feeder(self._reader, conference, bus, self._clock, source, raw=source == "devices")
         if source == "devices":

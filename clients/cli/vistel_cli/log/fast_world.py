@@ -14,7 +14,7 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
 from vistel.wire.topics import Delivery
-from vistel_cli.log.fast_sites import RECORDED, Listener, Published, Window, ended
+from vistel_cli.log.fast_sites import RECORDED, PublishedMessage, PublishedMessages, Window, ended
 from vistel_services import world
 from vistel_services.world.room import STEP_NS
 from vistel_services.world.service import seed
@@ -53,7 +53,7 @@ def _both(some: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*some, *others]))
 
 
-def write_messages(writer: LogWriter, messages: Iterable[Published]) -> None:
+def write_messages(writer: LogWriter, messages: Iterable[PublishedMessage]) -> None:
     """Write messages down, in the order in which they are given."""
     for at_ns, place, key, payload in messages:
         writer.write_packed(RECORDED[place], key, payload, at_ns)
@@ -65,7 +65,7 @@ class WorldAlone:
     async def begin(self, conference: Conference, config: world.Config, start_ns: int, first_ns: int) -> None:
         """The first step is about `first_ns`."""
         self._clock, self._network = LoopClock(start_ns), MemoryNetwork()
-        self._heard = Listener(self._network, self._clock)
+        self._heard = PublishedMessages(self._network, self._clock)
         self._conference = conference.name
         self._bus = self.bus("hub")
         self._running = [background.start(self._lead(config, first_ns), "world")]
@@ -78,7 +78,7 @@ class WorldAlone:
         await self._clock.sleep_until_ns(first_ns)
         await world.run(config, self._bus, self._clock)
 
-    async def live(self, window: Window) -> list[Published]:
+    async def live(self, window: Window) -> list[PublishedMessage]:
         """What the world says up to the end of `window`."""
         for at_ns, place, key, payload in window.messages:
             topic = RECORDED[place]
@@ -93,12 +93,12 @@ class WorldAlone:
                 task.result()
         return self._heard.take()
 
-    async def end(self) -> list[Published]:
+    async def end(self) -> list[PublishedMessage]:
         """It ends, and may say so."""
         await ended(self._running)
         return self._heard.take()
 
 
-def in_order(messages: Iterable[Published]) -> list[Published]:
+def in_order(messages: Iterable[PublishedMessage]) -> list[PublishedMessage]:
     """Messages by their times; those of one time by their topics, then as they were said."""
     return sorted(messages, key=lambda s: (s.at_ns, s.place))

@@ -30,7 +30,7 @@ from vistel.wire.memory_bus import MemoryBus
 from vistel.wire.simulated_loop import SimulatedLoop
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.fast_apart import can_be_apart, computed_apart
-from vistel_cli.log.fast_sites import WINDOW_NS, Published, Window
+from vistel_cli.log.fast_sites import WINDOW_NS, PublishedMessage, Window
 from vistel_cli.log.fast_world import WorldAlone, in_order, with_world_alone, write_messages
 from vistel_cli.testing.simulated_sites import simulated_sites
 from vistel_services import posture, world
@@ -53,7 +53,7 @@ class SimulatedConference:
             raise ValueError(f"simulated time: {', '.join(out)}: only simulated trackers and gloves at serial ports can take part")
         self._asked = 0
         self._now_ns = self._computed_ns = BEGIN_NS
-        self._waiting: deque[Published] = deque()
+        self._waiting: deque[PublishedMessage] = deque()
         with ExitStack() as ends:
             folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="vistel-")))
             paths = RunPaths(folder, folder)
@@ -97,7 +97,7 @@ class SimulatedConference:
         while self._now_ns < until_ns:
             self._now_ns = min(self._now_ns + WINDOW_NS, until_ns)
             self._compute(self._now_ns)
-            messages: list[Published] = []
+            messages: list[PublishedMessage] = []
             while self._waiting and self._waiting[0].at_ns <= self._now_ns:
                 messages.append(self._waiting.popleft())
             self._write([*messages, *self._runner.run(self._world.live(Window(self._now_ns, messages, 0, ())))])
@@ -142,7 +142,7 @@ class SimulatedConference:
     def _end_world(self) -> None:
         self._write(self._runner.run(self._world.end()))
 
-    def _write(self, messages: Iterable[Published]) -> None:
+    def _write(self, messages: Iterable[PublishedMessage]) -> None:
         write_messages(self._writer, in_order(messages))
 
 

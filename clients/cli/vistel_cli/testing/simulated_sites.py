@@ -12,7 +12,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
-from vistel_cli.log.fast_sites import WINDOW_NS, Listener, Window, ended
+from vistel_cli.log.fast_sites import WINDOW_NS, PublishedMessages, Window, ended
 from vistel_services import glove, posture, tracker
 from vistel_services.devices.service import Config
 from vistel_sim.device import SimulatedDevice, run_devices
@@ -50,7 +50,7 @@ class _Sites:
 
     async def begin(self, conference: Conference, begin_ns: int, paths: RunPaths, faults: tuple[Fault, ...]) -> None:
         self._clock, network, wires = LoopClock(begin_ns), MemoryNetwork(), Wires()
-        self._listener = Listener(network, self._clock)
+        self._listener = PublishedMessages(network, self._clock)
         limbs = own_limbs(conference)
         motion = open_motion(conference, limbs)
         devices = simulators(conference, motion, paths, self._clock, begin_ns, faults=faults, limbs=limbs, port=wires.port)
