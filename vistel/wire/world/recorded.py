@@ -17,6 +17,11 @@ class RecordedWorld:
         self._begun_ns = 0
         """The time of the whole message that was begun with last."""
 
+    @property
+    def sound(self) -> bool:
+        """Whether the room is known now, and nothing so far was other than the world said it should be."""
+        return not self._decoder.lost and self._decoder.differed == 0
+
     def take(self, record: LogRecord) -> list[RoomState]:
         """The steps that a record completes, in order."""
         if record.topic.name == "world_key":
