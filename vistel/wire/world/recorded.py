@@ -14,28 +14,27 @@ class RecordedWorld:
     def __init__(self) -> None:
         self._decoder = WorldDecoder()
         self._snapshot = SnapshotBuilder()
-        self._begun_ns = 0
-        """The time of the whole message that was begun with last."""
+        self._begun = False
+        """Whether the newest whole message was begun with: what could not be followed from there cannot be a second time."""
 
     @property
-    def sound(self) -> bool:
-        """Whether the room is known now, and nothing so far was other than the world said it should be."""
-        return not self._decoder.lost and self._decoder.differed == 0
+    def differed(self) -> int:
+        """How often what was known was not what the world knew; it is found anew then from a whole message."""
+        return self._decoder.differed
 
     def take(self, record: LogRecord) -> list[RoomState]:
         """The steps that a record completes, in order."""
         if record.topic.name == "world_key":
             self._snapshot.key(record.message)
+            self._begun = False
             return []
         if record.topic.name == "world_detail":
             self._decoder.receive_detail(record.message)
             return []
         self._snapshot.add(record.message)
         steps = self._decoder.read(record.message)
-        if not self._decoder.lost:
+        if not self._decoder.lost or self._begun:
             return steps
+        self._begun = True
         now = self._decoder.begin(self._snapshot.snapshot())
-        if now is None or now.t_ns == self._begun_ns:
-            return []
-        self._begun_ns = now.t_ns
-        return [now]
+        return [now] if now is not None else []
